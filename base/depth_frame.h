@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/geometry.h"
+#include "base/image.h"
+
+namespace grapnel {
+
+/// One exposure as the pipeline sees it. The pixels belong to somebody else (a frame pool's lease).
+struct DepthFrame {
+  ImageView<const std::uint16_t>
+      depth;                       ///< H×W counts; 0 = no reading (drivers map other markers to 0)
+  double metres_per_unit = 0.001;  ///< depth in metres = count × metres_per_unit
+  ImageView<const Rgb8> color;     ///< empty, or H×W registered to the depth
+  Intrinsics intrinsics;           ///< of the depth image
+  double baseline_m = 0.075;  ///< projector to camera; structured light's shadow and disparity law
+  std::int64_t exposure_us = 0;    ///< host monotonic time of mid-exposure
+  std::int64_t device_us = 0;      ///< device time unwrapped to 64 bit
+  std::uint64_t sequence = 0;      ///< counts frames of the sensor, gaps included
+  std::uint32_t lost_packets = 0;  ///< of this frame; its gaps may hold stale pixels
+  bool recorded = false;           ///< from a recording: not live
+};
+
+}  // namespace grapnel

@@ -1,0 +1,52 @@
+# Compile options every target of the project gets, and the two ways to declare a folder.
+
+add_library(grapnel_options INTERFACE)
+target_compile_features(grapnel_options INTERFACE cxx_std_20)
+target_include_directories(grapnel_options INTERFACE ${CMAKE_SOURCE_DIR})
+# The same bits on every machine: no contraction of a*b+c, no value-changing optimisation.
+target_compile_options(grapnel_options INTERFACE -ffp-contract=off
+  -Wall -Wextra -Wconversion -Wshadow -Wold-style-cast)
+if(GRAPNEL_WERROR)
+  target_compile_options(grapnel_options INTERFACE -Werror)
+endif()
+if(GRAPNEL_SANITIZE)
+  target_compile_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE})
+  if(GRAPNEL_SANITIZE MATCHES "undefined")
+    target_compile_options(grapnel_options INTERFACE -fno-sanitize-recover=undefined)
+  endif()
+endif()
+
+# grapnel_library(NAME [LIBS …]): a static library of every .cpp below the calling folder.
+function(grapnel_library name)
+  cmake_parse_arguments(ARG "" "" "LIBS" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(sources)
+    add_library(${name} STATIC ${sources})
+    target_link_libraries(${name} PUBLIC grapnel_options ${ARG_LIBS})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE grapnel_options ${ARG_LIBS})
+  endif()
+endfunction()
+
+# grapnel_test(NAME LABEL unit|contract|… [LIBS …]): one GoogleTest program of every .cpp directly in the
+# calling folder and below, its cases registered one by one with ctest.
+function(grapnel_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LIBS;SOURCES;ENV" ${ARGN})
+  if(NOT ARG_SOURCES)
+    file(GLOB_RECURSE ARG_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  endif()
+  if(NOT ARG_SOURCES)
+    return()
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE grapnel_options ${ARG_LIBS} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE GRAPNEL_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+    GRAPNEL_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+endfunction()
