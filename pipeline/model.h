@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/geometry.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// Declared symmetry about the axes through the model frame's origin.
+enum class Symmetry : std::uint8_t { None, X180, Y180, Z180, Box, AxisX, AxisY, AxisZ, AxisZFlip };
+
+/// Grasp frame of a model, as taught.
+struct Grasp {
+  std::uint16_t id = 0;
+  std::string name;
+  Pose model_from_grasp = Pose::Identity();
+  std::vector<std::string>
+      required;  ///< directions that must be observable: "x" "y" "z" "rx" "ry" "rz"
+};
+
+/// A taught part as its file says it: points with outward normals in metres, symmetry and grasps.
+/// Lives on the heap, made at load time; what the pipeline uses of it is carved into the arena.
+struct Model {
+  std::string name;
+  std::uint16_t id = 0;  ///< the number the PLC knows it by
+  std::vector<float> x, y, z, nx, ny, nz, intensity;
+  Symmetry symmetry = Symmetry::None;
+  std::vector<Grasp> grasps;  ///< at least one
+  double diameter_m = 0.0;    ///< of the bounding box
+  std::uint64_t hash = 0;     ///< of the file's bytes
+
+  [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
+};
+
+/// Reads NAME.ply or .pcd and, where it exists, NAME.toml beside it. Normals are computed where
+/// absent, outward from the cloud's centre. Throws InputError.
+[[nodiscard]] Model load_model(const std::filesystem::path& file);
+
+/// True when `a` and `b` are the same pose of a model with this symmetry, within the tolerances.
+[[nodiscard]] bool equivalent(const Pose& a, const Pose& b, Symmetry symmetry, double tolerance_m,
+                              double tolerance_rad) noexcept;
+
+/// The pose equivalent to `found` under the symmetry that is nearest in rotation to `reference`.
+[[nodiscard]] Pose nearest_equivalent(const Pose& found, const Pose& reference,
+                                      Symmetry symmetry) noexcept;
+
+/// "none", "x180", …; the reverse throws InputError.
+[[nodiscard]] const char* symmetry_name(Symmetry symmetry) noexcept;
+[[nodiscard]] Symmetry symmetry_from_name(const std::string& name);
+
+}  // namespace grapnel

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/error.h"
+#include "base/fixed_list.h"
+#include "base/geometry.h"
+
+namespace grapnel {
+
+/// One failed check: which, what was measured, what the limit is. The unit is the check's own
+/// (ratio, metres, radians, count); reason_text() writes the sentence.
+struct Reason {
+  Code code = Code::NoObjectAccepted;
+  double measured = 0.0;
+  double limit = 0.0;
+};
+
+/// Sizes along the way.
+struct StageCounts {
+  std::uint32_t source_points = 0;
+  std::uint32_t target_points = 0;
+  std::uint32_t source_keypoints = 0;
+  std::uint32_t target_keypoints = 0;
+  std::uint32_t correspondences = 0;
+  std::uint32_t after_rejection = 0;
+  std::uint32_t hypotheses = 0;
+};
+
+/// Time spent per stage, microseconds, index = Stage. Not part of what must replay byte for byte.
+using StageTimes = std::array<std::uint32_t, static_cast<std::size_t>(Stage::kCount)>;
+
+/// The answer about one object: a pose never travels without its verdict.
+struct RegistrationReport {
+  bool accepted = false;
+  Code code = Code::NoObjectAccepted;  ///< ObjectFound, or the first failing reason
+  InlineList<Reason, 12> reasons;      ///< every failing check, empty when accepted
+  std::uint32_t model = 0;             ///< index in the preset's list of models
+  Pose target_from_source =
+      Pose::Identity();  ///< the best pose found, also when rejected; see has_pose
+  bool has_pose = false;
+  double fitness = 0.0;   ///< matched share of the visible model, 0…1
+  double rmse_m = 0.0;    ///< point-to-plane, of the matched samples
+  double coverage = 0.0;  ///< share of the whole model confirmed (pairs: overlap), 0…1
+  double free_space_violation = 0.0;  ///< share of visible samples the camera sees through, 0…1
+  double occluded = 0.0;              ///< share of visible samples behind something nearer
+  double unknown = 0.0;               ///< share of visible samples without a reading
+  double margin = 0.0;                ///< 1 - S2/S1 to the best distinct pose; 0 = ambiguous
+  double sigma_m = 0.0;               ///< predicted 1-σ in the weakest required direction
+  double sigma_rad = 0.0;
+  double quality = 0.0;         ///< 0…1, monotone in the checks
+  bool symmetric = false;       ///< the model declares a symmetry
+  bool budget_reached = false;  ///< some fixed capacity or count budget cut the search
+  Mat6d covariance =
+      Mat6d::Zero();  ///< of (translation, rotation) at the target frame's origin, m², rad²
+  std::uint32_t iterations = 0;
+  bool converged = false;
+  StageCounts counts;
+};
+
+/// The answer to one job: up to eight objects, best first, and what belongs to the job as a whole.
+struct RegistrationReports {
+  InlineList<RegistrationReport, 8> objects;
+  Code code =
+      Code::NoObjectAccepted;  ///< RES_CODE: ObjectFound, RoiEmpty, the best object's code, …
+  std::uint32_t found = 0;     ///< candidate objects seen, before the verdicts
+  std::uint32_t seed = 0;
+  StageCounts counts;  ///< of the job; the objects hold their own
+  StageTimes stage_us{};
+  std::uint32_t total_us = 0;  ///< frame in memory → verdict, by the clock handed in
+};
+
+/// "matched share of the visible model 0.41, at least 0.70 is required": one sentence without full
+/// stop. Returns the number of characters written into `text` (at most `bytes` - 1, always
+/// terminated).
+std::size_t reason_text(const Reason& reason, char* text, std::size_t bytes) noexcept;
+
+}  // namespace grapnel
