@@ -304,6 +304,9 @@ void ConfigReader::take_fields(FieldTable fields, void* object) {
         field.numbers(object) = std::move(numbers);
         break;
       }
+      case FieldKind::Texts:
+        field.texts(object) = take_texts(field.name);
+        break;
     }
   }
 }
@@ -447,6 +450,13 @@ std::string field_value_text(const Field& field, const void* object) {
       std::string text = "[";
       for (const double number : field.numbers(const_cast<void*>(object))) {
         text += (text.size() > 1 ? ", " : "") + number_text(number);
+      }
+      return text + "]";
+    }
+    case FieldKind::Texts: {
+      std::string text = "[";
+      for (const std::string& item : field.texts(const_cast<void*>(object))) {
+        text += (text.size() > 1 ? ", \"" : "\"") + item + "\"";
       }
       return text + "]";
     }

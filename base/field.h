@@ -17,6 +17,7 @@ enum class FieldKind : std::uint8_t {
   Choice,   ///< one name of a list, an enum class in the struct
   Text,     ///< std::string
   Numbers,  ///< std::vector<double>
+  Texts,    ///< std::vector<std::string>
 };
 
 /// One configuration key of a parameter struct: its row in the manual, its range check and its
@@ -35,6 +36,7 @@ struct Field {
   void (*set_number)(void*, double) = nullptr;
   std::string& (*text)(void*) = nullptr;
   std::vector<double>& (*numbers)(void*) = nullptr;
+  std::vector<std::string>& (*texts)(void*) = nullptr;
 };
 
 /// A struct's rows, in the order in which they are shown.
@@ -143,6 +145,20 @@ template <auto kMember>
   field.minimum = minimum;
   field.maximum = maximum;
   field.numbers = [](void* object) -> std::vector<double>& {
+    return static_cast<field_detail::StructOf<kMember>*>(object)->*kMember;
+  };
+  return field;
+}
+
+/// A list of texts.
+template <auto kMember>
+[[nodiscard]] constexpr Field texts_field(std::string_view name, std::string_view help) {
+  static_assert(std::is_same_v<field_detail::ValueOf<kMember>, std::vector<std::string>>);
+  Field field;
+  field.name = name;
+  field.help = help;
+  field.kind = FieldKind::Texts;
+  field.texts = [](void* object) -> std::vector<std::string>& {
     return static_cast<field_detail::StructOf<kMember>*>(object)->*kMember;
   };
   return field;
