@@ -1,0 +1,81 @@
+#include "workbench/commands.h"
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <iomanip>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "base/config.h"
+#include "base/input_error.h"
+
+namespace grapnel {
+namespace {
+
+constexpr int kUsage = 2;
+
+constexpr std::array<Command, 0> kCommands = {};
+
+void print_help() {
+  std::cout << "grapnel: registers range data and tests how well\n\n"
+               "Usage: grapnel COMMAND [ARGUMENTS…]; grapnel COMMAND --help says more\n\n"
+               "Commands:\n";
+  for (const Command& command : commands()) {
+    std::cout << "  " << std::left << std::setw(18) << command.name << command.summary << "\n";
+  }
+  std::cout << "\nExit code: 0 success, 1 rejected or a check failed, 2 wrong usage or unreadable "
+               "input\n";
+}
+
+const Command* find_command(const std::string& name) {
+  for (const Command& command : commands()) {
+    if (name == command.name) return &command;
+  }
+  return nullptr;
+}
+
+int refuse_unknown(const std::string& name) {
+  std::vector<std::string> known;
+  for (const Command& command : commands()) known.emplace_back(command.name);
+  const std::string nearest = nearest_name(name, known);
+  std::cerr << "grapnel: unknown command \"" << name << "\"";
+  if (!nearest.empty()) std::cerr << "; did you mean \"" << nearest << "\"?";
+  std::cerr << " (see grapnel --help)\n";
+  return kUsage;
+}
+
+/// The message as one line, whatever a library put into it.
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::span<const Command> commands() noexcept { return kCommands; }
+
+int run_grapnel(std::span<const std::string> args) noexcept {
+  std::string name = "grapnel";
+  try {
+    if (args.empty() || args[0] == "--help" || args[0] == "-h" || args[0] == "help") {
+      print_help();
+      return args.empty() ? kUsage : 0;
+    }
+    const Command* command = find_command(args[0]);
+    if (command == nullptr) return refuse_unknown(args[0]);
+    name += " " + args[0];
+    const int code = command->run(args.subspan(1));
+    std::cout.flush();
+    if (!std::cout) throw InputError("standard output can't be written");
+    return code;
+  } catch (const std::bad_alloc&) {
+    std::cerr << name << ": not enough memory\n";
+  } catch (const std::exception& error) {
+    std::cerr << name << ": " << one_line(error.what()) << "\n";
+  }
+  return kUsage;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace grapnel {
+
+// One function a subcommand, in a file of its name. Each takes the arguments after the command's
+// name and returns the exit code: 0 success (register: accepted), 1 "rejected" or a check that
+// failed. Wrong usage and unreadable input are thrown as InputError, which main() turns into one
+// line on stderr and exit code 2. A new command needs its line here and one in commands.cpp.
+
+/// A row of the table of subcommands.
+struct Command {
+  const char* name;
+  int (*run)(std::span<const std::string> args);
+  const char* summary;  ///< half a sentence for `grapnel --help`
+};
+
+/// Every subcommand, in the order of `grapnel --help`.
+[[nodiscard]] std::span<const Command> commands() noexcept;
+
+/// Runs `grapnel ARGS…`; what main() returns. Writes errors to stderr and never throws.
+int run_grapnel(std::span<const std::string> args) noexcept;
+
+}  // namespace grapnel
