@@ -73,9 +73,12 @@ class Registrar {
   /// Job A on a cloud: the preset's models against an unorganised (or organised) surface.
   Result<RegistrationReports> run(const Surface& scene, const JobContext& context) noexcept;
 
-  /// Job B: `source` is carried onto `target`; both as prepare() or the caller made them.
-  Result<RegistrationReport> register_pair(const Surface& source, const Surface& target,
-                                           const JobContext& context) noexcept;
+  /// Job B: `source` is carried onto `target`. Both are raw, as read: a camera's at full resolution
+  /// with grid, intrinsics and viewpoint, a cloud's with normals where the file had them; the
+  /// registrar filters, thins and describes them. The answer holds one object; counts, times and
+  /// seed are as in run().
+  Result<RegistrationReports> register_pair(const Surface& source, const Surface& target,
+                                            const JobContext& context) noexcept;
 
   /// Share of the region of interest that stands above the belt (command 61).
   Result<double> occupied_share(const DepthFrame& frame, const JobContext& context) noexcept;
