@@ -1,0 +1,172 @@
+#include "pipeline/neighbours/neighbour_search.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace grapnel {
+
+namespace {
+
+constexpr std::size_t kRangesAtOnce = 64;
+
+double diagonal_m(const Surface& surface) noexcept {
+  double squared = 0.0;
+  for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
+    const auto [low, high] = std::minmax_element(
+        plane.begin(), plane.begin() + static_cast<std::ptrdiff_t>(surface.size));
+    const double extent = static_cast<double>(*high) - static_cast<double>(*low);
+    squared += extent * extent;
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+void NeighbourSearch::reserve(Arena& arena, std::size_t max_points, std::size_t max_grid_pixels) {
+  window_.reserve(arena, max_grid_pixels);
+  cells_.reserve(arena, max_points);
+  for (std::span<float>* plane : {&x_, &y_, &z_, &squared_m2_}) {
+    *plane = arena.take<float>(max_points + kernels::kSlack);
+  }
+  index_ = arena.take<std::int32_t>(max_points + kernels::kSlack);
+  by_distance_ = arena.take<std::uint64_t>(max_points);
+}
+
+void NeighbourSearch::reserve(Arena& arena, const Limits& limits) {
+  reserve(arena, std::max(limits.max_points, limits.max_model_points),
+          static_cast<std::size_t>(limits.max_width) * static_cast<std::size_t>(limits.max_height));
+}
+
+Status NeighbourSearch::build(const Surface& surface, double radius_m) noexcept {
+  surface_ = nullptr;
+  if (surface.size == 0) return Error{Code::TooFewPoints, Stage::None, 0};
+  if (surface.size > by_distance_.size()) {
+    return Error{Code::CapacityExceeded, Stage::None, static_cast<std::int32_t>(surface.size)};
+  }
+  surface_ = &surface;
+  typical_radius_m_ = static_cast<float>(radius_m);
+  reach_m_ = static_cast<float>(diagonal_m(surface) * 1.0001);
+  on_grid_ = window_.build(surface);
+  if (!on_grid_) cells_.build(surface, radius_m);
+  copy_points(surface);
+  return {};
+}
+
+void NeighbourSearch::copy_points(const Surface& surface) noexcept {
+  const std::array<std::span<float>, 3> from = {surface.x, surface.y, surface.z};
+  const std::array<std::span<float>, 3> to = {x_, y_, z_};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (on_grid_) {
+      std::copy_n(from[axis].begin(), surface.size, to[axis].begin());
+      continue;
+    }
+    for (std::size_t i = 0; i < surface.size; ++i) {
+      to[axis][i] = from[axis][static_cast<std::size_t>(cells_.order()[i])];
+    }
+  }
+}
+
+std::size_t NeighbourSearch::scan(const kernels::Sphere& sphere, float radius_m) noexcept {
+  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+  std::array<PointRange, kRangesAtOnce> ranges;
+  std::size_t pending = 0;
+  std::size_t found = 0;
+  const auto flush = [&] {
+    found += kernels::select_within(points, {ranges.data(), pending}, sphere, index_.data() + found,
+                                    squared_m2_.data() + found);
+    pending = 0;
+  };
+  const auto add = [&](PointRange range) {
+    if (range.begin == range.end) return;
+    ranges[pending++] = range;
+    if (pending == kRangesAtOnce) flush();
+  };
+  const Vec3f place(sphere.x, sphere.y, sphere.z);
+  if (on_grid_) {
+    const WindowIndex::Window window = window_.window(place, radius_m);
+    for (int row = window.top; row <= window.bottom; ++row) add(window_.stretch(window, row));
+  } else {
+    const CellIndex::Box box = cells_.box(place, radius_m);
+    for (int cell_z = box.low[2]; cell_z <= box.high[2]; ++cell_z) {
+      for (int cell_y = box.low[1]; cell_y <= box.high[1]; ++cell_y) {
+        add(cells_.stretch(box, cell_y, cell_z));
+      }
+    }
+  }
+  flush();
+  return found;
+}
+
+Neighbourhood NeighbourSearch::within(const Vec3f& place, float radius_m) noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr);
+  const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
+  const std::size_t found = scan(sphere, radius_m);
+  if (!on_grid_) {
+    for (std::size_t i = 0; i < found; ++i) index_[i] = cells_.point(index_[i]);
+  }
+  return {index_.first(found), squared_m2_.first(found)};
+}
+
+Neighbourhood NeighbourSearch::within(std::size_t point_i, float radius_m) noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr && point_i < surface_->size);
+  return within(surface_->point(point_i), radius_m);
+}
+
+Neighbourhood NeighbourSearch::nearest(const Vec3f& place, std::size_t count) noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr);
+  count = std::min(count, surface_->size);
+  const Vec3f first = surface_->point(0);
+  // Every point lies within the box's diagonal of the first one, so within this of the place.
+  const float farthest = ((place - first).norm() + reach_m_) * 1.0001F + 1e-30F;
+  float radius = std::min(typical_radius_m_, farthest);
+  Neighbourhood found = within(place, radius);
+  while (found.size() < count && radius < farthest) {
+    radius = std::min(1.6F * radius, farthest);
+    found = within(place, radius);
+  }
+  count = std::min(count, found.size());
+  // A positive float's bits order like the float.
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    by_distance_[i] =
+        (static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(squared_m2_[i])) << 32) |
+        static_cast<std::uint32_t>(index_[i]);
+  }
+  const auto begin = by_distance_.begin();
+  const auto middle = begin + static_cast<std::ptrdiff_t>(count);
+  std::nth_element(begin, middle, begin + static_cast<std::ptrdiff_t>(found.size()));
+  std::sort(begin, middle);
+  for (std::size_t i = 0; i < count; ++i) {
+    index_[i] = static_cast<std::int32_t>(by_distance_[i] & 0xffffffffU);
+    squared_m2_[i] = std::bit_cast<float>(static_cast<std::uint32_t>(by_distance_[i] >> 32));
+  }
+  return {index_.first(count), squared_m2_.first(count)};
+}
+
+Neighbourhood NeighbourSearch::thin(Neighbourhood found, std::size_t count) noexcept {
+  GRAPNEL_ASSERT(found.index.data() == index_.data());
+  if (found.size() <= count) return found;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t from = i * found.size() / count;
+    index_[i] = index_[from];
+    squared_m2_[i] = squared_m2_[from];
+  }
+  return {index_.first(count), squared_m2_.first(count)};
+}
+
+double mean_spacing_m(NeighbourSearch& search, const Surface& surface,
+                      std::size_t samples) noexcept {
+  if (surface.size < 2 || samples == 0) return 0.0;
+  const std::size_t step = (surface.size + samples - 1) / samples;
+  double sum = 0.0;
+  std::size_t counted = 0;
+  for (std::size_t i = 0; i < surface.size; i += step) {
+    const Neighbourhood nearest = search.nearest(surface.point(i), 2);
+    sum += std::sqrt(static_cast<double>(nearest.squared_m2[1]));
+    ++counted;
+  }
+  return sum / static_cast<double>(counted);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/error.h"
+#include "pipeline/limits.h"
+#include "pipeline/neighbours/cell_index.h"
+#include "pipeline/neighbours/window_index.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// Points around a place, by index, with their squared distances (m²).
+struct Neighbourhood {
+  std::span<const std::int32_t> index;
+  std::span<const float> squared_m2;
+  [[nodiscard]] std::size_t size() const noexcept { return index.size(); }
+};
+
+/// Exact radius search over a surface: windows of a camera's grid where its points project to their
+/// pixels, cells of a cloud otherwise. Every method asks here, so that it is written once for both.
+/// The order of the neighbours is fixed: ascending index on a grid, cell by cell otherwise.
+class NeighbourSearch {
+ public:
+  /// For surfaces of up to `max_points` points and `max_grid_pixels` (0: clouds only).
+  void reserve(Arena& arena, std::size_t max_points, std::size_t max_grid_pixels);
+  /// For any surface a preset's limits allow.
+  void reserve(Arena& arena, const Limits& limits);
+
+  /// `radius_m` > 0 is the radius that will be asked for most; others work too. The surface must
+  /// stay as it is until the next build. Errors: TooFewPoints, CapacityExceeded. O(n + grid).
+  [[nodiscard]] Status build(const Surface& surface, double radius_m) noexcept;
+
+  /// Points within `radius_m` of a point, itself included. Valid until the next call.
+  [[nodiscard]] Neighbourhood within(std::size_t point_i, float radius_m) noexcept;
+  /// The same around any place.
+  [[nodiscard]] Neighbourhood within(const Vec3f& place, float radius_m) noexcept;
+  /// The `count` nearest points (fewer when the surface has fewer), nearest first, ties by index.
+  [[nodiscard]] Neighbourhood nearest(const Vec3f& place, std::size_t count) noexcept;
+
+  /// Keeps `count` of the last neighbours, spread evenly over their list in place of cutting its
+  /// end. The list itself when it is not longer.
+  [[nodiscard]] Neighbourhood thin(Neighbourhood found, std::size_t count) noexcept;
+
+  [[nodiscard]] bool uses_grid() const noexcept { return on_grid_; }
+
+ private:
+  void copy_points(const Surface& surface) noexcept;
+  std::size_t scan(const kernels::Sphere& sphere, float radius_m) noexcept;
+
+  const Surface* surface_ = nullptr;
+  bool on_grid_ = false;
+  float typical_radius_m_ = 0.0F;
+  WindowIndex window_;
+  CellIndex cells_;
+  float reach_m_ = 0.0F;        ///< diagonal of the surface's box: no point is farther from another
+  std::span<float> x_, y_, z_;  ///< copies in the index's order, with slack behind
+  std::span<std::int32_t> index_;
+  std::span<float> squared_m2_;
+  std::span<std::uint64_t> by_distance_;
+};
+
+/// Mean distance to the nearest other point over at most `samples` points spread evenly; 0 for
+/// fewer than two points. What `spacing_m` of a cloud is set from.
+[[nodiscard]] double mean_spacing_m(NeighbourSearch& search, const Surface& surface,
+                                    std::size_t samples) noexcept;
+
+}  // namespace grapnel

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "base/geometry.h"
+
+namespace grapnel {
+
+/// Six distinct entries of a symmetric 3×3 matrix.
+struct Symmetric3 {
+  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+
+  void add(double x, double y, double z) noexcept {
+    xx += x * x;
+    xy += x * y;
+    xz += x * z;
+    yy += y * y;
+    yz += y * z;
+    zz += z * z;
+  }
+};
+
+/// Eigenvalues ascending, and the unit eigenvectors as columns in the same order.
+struct Eigen3 {
+  Vec3d values = Vec3d::Zero();
+  Mat3d vectors = Mat3d::Identity();
+};
+
+/// Cyclic Jacobi (Golub & Van Loan, 8.5): square roots only, so the same bits everywhere. Relative
+/// to the largest eigenvalue the values are right to 1e-14.
+[[nodiscard]] Eigen3 eigen_symmetric3(const Symmetric3& matrix) noexcept;
+
+}  // namespace grapnel

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/field.h"
+#include "pipeline/limits.h"
+#include "pipeline/preprocess/depth_gap.h"
+#include "pipeline/preprocess/working_depth.h"
+
+namespace grapnel {
+
+struct DepthOutlierParams {
+  bool enabled = true;
+  /// Of the eight neighbours, how many must lie on the same surface. Flying pixels between two
+  /// surfaces and rays that graze a surface have fewer.
+  int min_support = 4;
+  DepthGapParams gap;
+};
+
+[[nodiscard]] FieldTable depth_outlier_fields() noexcept;
+
+/// Removes flying and grazing pixels.
+class DepthOutliers {
+ public:
+  explicit DepthOutliers(const DepthOutlierParams& params) noexcept : params_(params) {}
+
+  void reserve(Arena& arena, const Limits& limits);
+  /// Pixels removed.
+  std::size_t apply(WorkingDepth& work) noexcept;
+
+ private:
+  DepthOutlierParams params_;
+  std::span<std::uint16_t> rows_;  ///< two rows as they were before this step
+};
+
+}  // namespace grapnel

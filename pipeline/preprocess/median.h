@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/field.h"
+#include "pipeline/limits.h"
+#include "pipeline/preprocess/working_depth.h"
+
+namespace grapnel {
+
+enum class MedianWindow : std::uint8_t { Off, Three, Five };
+
+struct DepthMedianParams {
+  MedianWindow window = MedianWindow::Five;
+};
+
+[[nodiscard]] FieldTable depth_median_fields() noexcept;
+
+/// Median of the readings in the window (upper one of an even count); pixels without a reading stay
+/// without. Works on counts, so that points stay on their rays.
+class DepthMedian {
+ public:
+  explicit DepthMedian(const DepthMedianParams& params) noexcept : params_(params) {}
+
+  void reserve(Arena& arena, const Limits& limits);
+  void apply(WorkingDepth& work) noexcept;
+
+ private:
+  DepthMedianParams params_;
+  std::span<std::uint16_t> padded_;
+};
+
+}  // namespace grapnel

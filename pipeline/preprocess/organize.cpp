@@ -1,0 +1,104 @@
+#include "pipeline/preprocess/organize.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace grapnel {
+
+FieldTable organize_fields() noexcept {
+  static constexpr std::array kFields = {
+      number_field<&OrganizeParams::roi_left_px>("roi_left_px", "px", 0, 4095,
+                                                 "region of interest: first column"),
+      number_field<&OrganizeParams::roi_top_px>("roi_top_px", "px", 0, 4095,
+                                                "region of interest: first row"),
+      number_field<&OrganizeParams::roi_width_px>("roi_width_px", "px", 0, 4096,
+                                                  "region of interest: columns; 0 = to the edge"),
+      number_field<&OrganizeParams::roi_height_px>("roi_height_px", "px", 0, 4096,
+                                                   "region of interest: rows; 0 = to the edge"),
+      number_field<&OrganizeParams::min_z_m>("min_z_m", "m", 0.0, 100.0,
+                                             "nearest depth that counts"),
+      number_field<&OrganizeParams::max_z_m>("max_z_m", "m", 0.0, 100.0,
+                                             "farthest depth that counts; 0 = no limit"),
+  };
+  return kFields;
+}
+
+namespace {
+
+constexpr Stage kStage = Stage::Organize;
+
+struct Range {
+  int lowest = 1;
+  int highest = 0xffff;
+};
+
+Range range_in_counts(const OrganizeParams& params, double metres_per_unit) noexcept {
+  Range range;
+  range.lowest =
+      std::max(1, static_cast<int>(std::min(65536.0, std::ceil(params.min_z_m / metres_per_unit))));
+  if (params.max_z_m > 0.0) {
+    range.highest =
+        static_cast<int>(std::min(65535.0, std::floor(params.max_z_m / metres_per_unit)));
+  }
+  return range;
+}
+
+std::size_t copy_row(const std::uint16_t* from, int width, Range range, std::uint16_t* depth,
+                     std::uint8_t* label) noexcept {
+  std::size_t kept = 0;
+  for (int u = 0; u < width; ++u) {
+    const int count = from[u];
+    const bool valid = count >= range.lowest && count <= range.highest;
+    depth[u] = valid ? from[u] : std::uint16_t{0};
+    label[u] = valid ? kForeground : kNoLabel;
+    kept += valid ? 1U : 0U;
+  }
+  return kept;
+}
+
+}  // namespace
+
+Result<std::size_t> organize(const DepthFrame& frame, const OrganizeParams& params,
+                             WorkingDepth& out) noexcept {
+  if (frame.depth.empty()) return Error{Code::RoiEmpty, kStage, 0};
+  if (!frame.intrinsics.valid() || !(frame.metres_per_unit > 0.0)) {
+    return Error{Code::BadParameter, kStage, 0};
+  }
+  const int left = params.roi_left_px;
+  const int top = params.roi_top_px;
+  const int right = params.roi_width_px > 0
+                        ? std::min(frame.depth.width, left + params.roi_width_px)
+                        : frame.depth.width;
+  const int bottom = params.roi_height_px > 0
+                         ? std::min(frame.depth.height, top + params.roi_height_px)
+                         : frame.depth.height;
+  const int width = right - left;
+  const int height = bottom - top;
+  if (width <= 0 || height <= 0) return Error{Code::RoiEmpty, kStage, 0};
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (pixels > out.depth_memory.size()) {
+    return Error{Code::CapacityExceeded, kStage, static_cast<std::int32_t>(pixels)};
+  }
+
+  out.depth = {out.depth_memory.data(), width, height};
+  out.label = {out.label_memory.data(), width, height};
+  out.left = left;
+  out.top = top;
+  out.metres_per_unit = frame.metres_per_unit;
+  out.intrinsics = frame.intrinsics;
+  out.intrinsics.width = width;
+  out.intrinsics.height = height;
+  out.intrinsics.cx -= left;
+  out.intrinsics.cy -= top;
+
+  const Range range = range_in_counts(params, frame.metres_per_unit);
+  std::size_t kept = 0;
+  for (int v = 0; v < height; ++v) {
+    kept +=
+        copy_row(frame.depth.row(top + v) + left, width, range, out.depth.row(v), out.label.row(v));
+  }
+  return kept;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/geometry.h"
+#include "base/image.h"
+#include "pipeline/limits.h"
+
+namespace grapnel {
+
+/// Labels of WorkingDepth::label: components count from 1.
+inline constexpr std::uint8_t kNoLabel = 0;
+inline constexpr std::uint8_t kForeground = 255;
+
+/// The region of interest of one frame, copied: what the preprocessing steps change. The frame
+/// itself stays as it came, for the judge.
+struct WorkingDepth {
+  ImageView<std::uint16_t> depth;  ///< counts; 0 = no reading
+  /// kNoLabel: no reading or background. kForeground: a reading above the background that belongs
+  /// to no kept component. 1…32: the component's number in the Components list plus one.
+  ImageView<std::uint8_t> label;
+  int left = 0;           ///< column of the frame that column 0 is
+  int top = 0;            ///< row of the frame that row 0 is
+  Intrinsics intrinsics;  ///< of the region: principal point already shifted
+  double metres_per_unit = 0.001;
+
+  std::span<std::uint16_t> depth_memory;
+  std::span<std::uint8_t> label_memory;
+
+  void reserve(Arena& arena, const Limits& limits);
+  [[nodiscard]] double depth_m(int u, int v) const noexcept {
+    return metres_per_unit * static_cast<double>(depth.at(u, v));
+  }
+};
+
+}  // namespace grapnel
