@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/config.h"
+#include "base/field.h"
+#include "base/geometry.h"
+
+namespace grapnel {
+
+/// A camera.toml: what the depth images of a recording, or a bare depth PNG, were taken with.
+struct CameraFile {
+  int width = 0;   ///< px
+  int height = 0;  ///< px
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+  double metres_per_unit = 0.001;
+  std::vector<double> distortion;  ///< k1 k2 p1 p2 k3 (Brown 1966), as many as needed; empty: none
+  double baseline_m = 0.075;
+  std::vector<double> invalid = {0.0, 65535.0};  ///< counts that mean "no reading"; 0 always does
+  std::string serial;
+
+  [[nodiscard]] Intrinsics intrinsics() const noexcept { return {width, height, fx, fy, cx, cy}; }
+  [[nodiscard]] static FieldTable fields() noexcept;
+};
+
+/// Throw InputError naming file, line, key, value and what is allowed.
+[[nodiscard]] CameraFile read_camera_file(const std::filesystem::path& file);
+[[nodiscard]] CameraFile parse_camera_file(const ConfigTable& table);
+
+/// Makes every count that means "no reading" 0.
+void erase_invalid(const CameraFile& camera, std::span<std::uint16_t> depth) noexcept;
+
+/// The file's text, every key with its unit and meaning as a comment.
+[[nodiscard]] std::string camera_file_text(const CameraFile& camera);
+
+}  // namespace grapnel
