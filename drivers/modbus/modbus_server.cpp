@@ -113,6 +113,7 @@ void ModbusServer::poll_once(int timeout_ms) noexcept {
   }
   now_us = clock_->now_us();
   parts.handler.command_block().supervise(now_us);
+  parts.handler.refresh(now_us);
   parts.rtu.serve(entries[kRtuEntry].revents, now_us);
   parts.tcp.serve(entries.subspan(kTcpEntries), now_us);
   if (options_.hooks.progress != nullptr) options_.hooks.progress(options_.hooks.context);

@@ -51,7 +51,8 @@ class ModbusServer {
 
   /// Serves until `stop` is true; wake() makes it look.
   void run(const std::atomic<bool>& stop) noexcept;
-  /// Waits for at most `timeout_ms` (and at most 50 ms) and serves what came.
+  /// Waits for at most `timeout_ms` (and at most 50 ms), reads the sink's status and serves what
+  /// came.
   void poll_once(int timeout_ms) noexcept;
   /// Any thread: ends the wait of poll_once().
   void wake() noexcept;
