@@ -16,7 +16,9 @@ namespace {
 
 constexpr int kUsage = 2;
 
-constexpr std::array<Command, 0> kCommands = {};
+constexpr std::array kCommands = {
+    Command{"simulate", run_simulate, "render a conveyor scene into a recording with its truth"},
+};
 
 void print_help() {
   std::cout << "grapnel: registers range data and tests how well\n\n"

@@ -17,6 +17,8 @@ struct Command {
   const char* summary;  ///< half a sentence for `grapnel --help`
 };
 
+int run_simulate(std::span<const std::string> args);
+
 /// Every subcommand, in the order of `grapnel --help`.
 [[nodiscard]] std::span<const Command> commands() noexcept;
 
