@@ -1,0 +1,40 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "workbench/answer.h"
+#include "workbench/evaluate/pose_error.h"
+#include "workbench/evaluate/suite.h"
+
+namespace grapnel {
+
+/// What one preset made of one case.
+struct CaseResult {
+  std::string id;
+  std::string preset;  ///< as summary.json names it
+  std::string group;
+  CaseKind kind = CaseKind::Pair;
+  Expect expect = Expect::Reject;
+  Answer answer;
+  std::optional<PoseError> error;  ///< where there is a truth and a pose
+  bool right = false;              ///< within both tolerances
+
+  [[nodiscard]] bool accepted() const noexcept { return answer.status == Answer::Status::Accepted; }
+  [[nodiscard]] bool failed() const noexcept { return answer.status == Answer::Status::Error; }
+  /// Accepted with a wrong pose, or a negative accepted.
+  [[nodiscard]] bool false_accept() const noexcept {
+    return accepted() && (!right || expect == Expect::Reject);
+  }
+};
+
+/// Runs one case. `preset` "default" takes the general one of the case's kind. Never throws: what
+/// can't be read becomes a result with status error.
+[[nodiscard]] CaseResult run_case(const Suite& suite, const SuiteCase& one,
+                                  const std::string& preset);
+
+/// A line of results.jsonl.
+[[nodiscard]] nlohmann::ordered_json to_json(const CaseResult& result);
+
+}  // namespace grapnel

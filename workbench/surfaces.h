@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "base/cloud.h"
+#include "base/depth_frame.h"
+#include "pipeline/surface.h"
+#include "workbench/input.h"
+
+namespace grapnel {
+
+/// A surface with its memory.
+class StoredSurface {
+ public:
+  StoredSurface(std::size_t max_points, std::size_t max_grid_pixels);
+  Surface surface;
+
+ private:
+  struct Free {
+    void operator()(std::byte* block) const noexcept;
+  };
+  std::unique_ptr<std::byte[], Free> block_;
+};
+
+/// The intrinsics that an organised cloud was taken with, fitted to its points; invalid when its
+/// points do not lie on the pixel rays of a pinhole camera. O(points).
+[[nodiscard]] Intrinsics fit_intrinsics(const CloudData& cloud);
+
+/// An input as the registrar takes surfaces: a frame or a camera's cloud with grid and viewpoint,
+/// any other cloud as plain points. Points without reading are left out. O(points).
+[[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const Input& input);
+[[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const DepthFrame& frame);
+[[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud);
+
+}  // namespace grapnel
