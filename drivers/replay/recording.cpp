@@ -55,6 +55,7 @@ Recording Recording::open(const std::filesystem::path& folder) {
   recording.frames_.reserve(rows.size());
   for (IndexRow& row : rows) recording.frames_.push_back({row.time_us, std::move(row.file), {}});
   recording.pair_colors();
+  recording.measure_interval();
   return recording;
 }
 
@@ -76,16 +77,17 @@ void Recording::pair_colors() {
   }
 }
 
-std::int64_t Recording::interval_us() const noexcept {
+void Recording::measure_interval() {
   std::vector<std::int64_t> steps_us;
   for (std::size_t i = 1; i < frames_.size(); ++i) {
     const std::int64_t step_us = frames_[i].time_us - frames_[i - 1].time_us;
     if (step_us > 0) steps_us.push_back(step_us);
   }
-  if (steps_us.empty()) return kKinectInterval_us;
+  interval_us_ = kKinectInterval_us;
+  if (steps_us.empty()) return;
   const auto middle = steps_us.begin() + static_cast<std::ptrdiff_t>(steps_us.size() / 2);
   std::nth_element(steps_us.begin(), middle, steps_us.end());
-  return *middle;
+  interval_us_ = *middle;
 }
 
 bool Recording::read_frame(std::size_t frame, std::span<std::uint16_t> depth,

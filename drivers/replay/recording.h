@@ -35,7 +35,7 @@ class Recording {
   }
   [[nodiscard]] bool index_rebuilt() const noexcept { return index_rebuilt_; }
   /// Middle one of the times from frame to frame; 1/30 s for a single frame.
-  [[nodiscard]] std::int64_t interval_us() const noexcept;
+  [[nodiscard]] std::int64_t interval_us() const noexcept { return interval_us_; }
 
   /// Decodes frame `frame` into buffers of width × height pixels: counts that mean "no reading"
   /// become 0, and a lens distortion is taken out. `color` may be empty: then it is not read. True
@@ -53,11 +53,13 @@ class Recording {
   };
   Recording() = default;
   void pair_colors();
+  void measure_interval();
 
   std::filesystem::path folder_;
   CameraFile camera_;
   std::vector<Frame> frames_;
   std::vector<std::uint32_t> undistort_;  // source pixel of each pixel; empty: as it is
+  std::int64_t interval_us_ = 0;
   bool has_color_ = false;
   bool index_rebuilt_ = false;
 };
