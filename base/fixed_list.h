@@ -88,6 +88,7 @@ class InlineList {
   [[nodiscard]] static constexpr std::size_t capacity() noexcept { return kCapacity; }
   [[nodiscard]] bool full() const noexcept { return size_ == kCapacity; }
   [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
+  void mark_overflowed() noexcept { overflowed_ = true; }
 
   T& operator[](std::size_t i) noexcept { return storage_[i]; }
   const T& operator[](std::size_t i) const noexcept { return storage_[i]; }

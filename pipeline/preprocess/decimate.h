@@ -24,11 +24,12 @@ struct DecimateParams {
 inline constexpr int kMaxStride = 16;
 
 /// One point a block of stride × stride pixels: the centroid of the pixels that lie within the
-/// depth gap of the block's median. The stride follows from the resolution at the median depth,
+/// depth gap of the block's median. The stride follows from the resolution at the mean depth,
 /// and grows until the points fit the surface. Grid, viewpoint and spacing_m are set, normals are
 /// zero, intensity comes from `color` (empty = unknown; pixels of the whole frame).
-/// `label` selects a component; kForeground takes every labelled pixel. Returns the stride.
-/// Errors: TooFewPoints (nothing selected).
+/// `label` selects a component; kForeground takes every labelled pixel. `resolution_m` > 0 goes
+/// before the parameters'. Returns the stride.
+/// Errors: TooFewPoints (nothing selected or agreeing), CapacityExceeded.
 [[nodiscard]] Result<int> decimate(const WorkingDepth& work, std::uint8_t label,
                                    ImageView<const Rgb8> color, const DecimateParams& params,
                                    double resolution_m, Surface& out) noexcept;

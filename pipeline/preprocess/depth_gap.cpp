@@ -22,8 +22,8 @@ FieldTable depth_gap_fields() noexcept {
 DepthGap::DepthGap(const DepthGapParams& params, const Intrinsics& intrinsics,
                    double metres_per_unit) noexcept {
   const double slope = math::sin(params.max_slope_rad) / math::cos(params.max_slope_rad);
-  linear_ = static_cast<float>(slope / std::sqrt(intrinsics.fx * intrinsics.fy));
-  quadratic_ = static_cast<float>(params.sigmas * params.sigma_1m_m * metres_per_unit);
+  law_.linear = static_cast<float>(slope / std::sqrt(intrinsics.fx * intrinsics.fy));
+  law_.quadratic = static_cast<float>(params.sigmas * params.sigma_1m_m * metres_per_unit);
 }
 
 }  // namespace grapnel

@@ -4,6 +4,7 @@
 
 #include "base/field.h"
 #include "base/geometry.h"
+#include "pipeline/kernels/depth_rows.h"
 
 namespace grapnel {
 
@@ -27,16 +28,16 @@ class DepthGap {
   /// At least one count: the sensor's own quantisation.
   [[nodiscard]] std::int32_t counts(std::uint16_t depth) const noexcept {
     const auto d = static_cast<float>(depth);
-    return 1 + static_cast<std::int32_t>(d * (linear_ + quadratic_ * d));
+    return 1 + static_cast<std::int32_t>(d * (law_.linear + law_.quadratic * d));
   }
+  [[nodiscard]] const kernels::GapLaw& law() const noexcept { return law_; }
   [[nodiscard]] bool continuous(std::uint16_t a, std::uint16_t b) const noexcept {
     const std::int32_t step = a > b ? a - b : b - a;
     return step <= counts(a < b ? a : b);
   }
 
  private:
-  float linear_;     ///< counts a count: slope over one pixel
-  float quadratic_;  ///< counts a count²: noise
+  kernels::GapLaw law_;  ///< linear: slope over one pixel; quadratic: noise
 };
 
 }  // namespace grapnel

@@ -2,12 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "base/arena.h"
 #include "base/field.h"
 #include "pipeline/limits.h"
 #include "pipeline/preprocess/depth_gap.h"
+#include "pipeline/preprocess/padded_depth.h"
 #include "pipeline/preprocess/working_depth.h"
 
 namespace grapnel {
@@ -22,7 +22,7 @@ struct DepthOutlierParams {
 
 [[nodiscard]] FieldTable depth_outlier_fields() noexcept;
 
-/// Removes flying and grazing pixels.
+/// Removes flying and grazing pixels: depth and label become 0.
 class DepthOutliers {
  public:
   explicit DepthOutliers(const DepthOutlierParams& params) noexcept : params_(params) {}
@@ -33,7 +33,7 @@ class DepthOutliers {
 
  private:
   DepthOutlierParams params_;
-  std::span<std::uint16_t> rows_;  ///< two rows as they were before this step
+  PaddedDepth padded_;
 };
 
 }  // namespace grapnel

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "base/arena.h"
 #include "base/field.h"
 #include "pipeline/limits.h"
+#include "pipeline/preprocess/padded_depth.h"
 #include "pipeline/preprocess/working_depth.h"
 
 namespace grapnel {
@@ -29,7 +29,7 @@ class DepthMedian {
 
  private:
   DepthMedianParams params_;
-  std::span<std::uint16_t> padded_;
+  PaddedDepth padded_;
 };
 
 }  // namespace grapnel

@@ -60,6 +60,8 @@ class Segmenter {
   std::int32_t root(std::int32_t run) noexcept;
   void unite(std::int32_t a, std::int32_t b) noexcept;
   std::size_t measure(const WorkingDepth& work) noexcept;
+  void write_labels(WorkingDepth& work, std::size_t piece_count,
+                    std::span<const std::int32_t> kept) noexcept;
 
   SegmentParams params_;
   std::span<Run> runs_;

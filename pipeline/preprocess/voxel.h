@@ -20,7 +20,9 @@ struct VoxelParams {
 /// Replaces the points of each cubic cell by their centroid; normals are averaged and made unit
 /// again, intensities averaged. Cells are counted from the floor of the cloud's minimum and come
 /// out in the order of their linear index, x fastest, as in PCL's VoxelGrid. The grid of an
-/// organised surface is dropped; spacing_m becomes the leaf.
+/// organised surface is dropped. spacing_m becomes the leaf, or the mean distance to the nearest
+/// point where the cloud is sparser. With an automatic leaf a cloud of at most max_points stays as
+/// it is.
 class VoxelGrid final : public CloudFilter {
  public:
   explicit VoxelGrid(const VoxelParams& params) noexcept : params_(params) {}
@@ -36,11 +38,14 @@ class VoxelGrid final : public CloudFilter {
   [[nodiscard]] std::size_t occupied_cells(std::size_t size) const noexcept;
   double leaf_for(const Surface& surface, std::size_t max_points) noexcept;
   void merge_cells(Surface& surface) noexcept;
+  double measured_spacing_m(const Surface& surface, double leaf_m) noexcept;
 
   VoxelParams params_;
   std::span<std::uint64_t> key_, other_key_;
   std::span<std::int32_t> order_, other_order_;
   std::span<float> plane_;
+  NeighbourSearch search_;
+  std::size_t max_searched_ = 0;
 };
 
 }  // namespace grapnel

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "pipeline/kernels/depth_rows.h"
+#include "pipeline/kernels/within.h"
+
+namespace grapnel::kernels::reference {
+
+// The kernels' operations as plain loops: same arguments, same meaning.
+
+std::size_t select_within(const PointPlanes& points, std::span<const PointRange> ranges,
+                          const Sphere& sphere, std::int32_t* position, float* squared_m2) noexcept;
+
+void median_row(const std::uint16_t* const* rows, int window, std::size_t width,
+                std::uint16_t* out) noexcept;
+
+std::size_t support_row(const std::uint16_t* above, const std::uint16_t* row,
+                        const std::uint16_t* below, const GapLaw& gap, int min_support,
+                        std::size_t width, std::uint16_t* out) noexcept;
+
+void back_project_row(const std::uint16_t* depth, const RowCamera& camera, std::size_t width,
+                      float* x, float* y, float* z) noexcept;
+
+}  // namespace grapnel::kernels::reference

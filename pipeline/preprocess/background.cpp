@@ -1,0 +1,129 @@
+#include "pipeline/preprocess/background.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace grapnel {
+
+FieldTable background_fields() noexcept {
+  static constexpr std::array<std::string_view, 5> kMethods = {"off", "auto", "image", "plane",
+                                                               "dominant"};
+  static constexpr std::array kFields = {
+      choice_field<&BackgroundParams::method>("method", kMethods,
+                                              "taught image, taught plane, the frame's dominant "
+                                              "planes, or the first of these there is"),
+      number_field<&BackgroundParams::sigmas>("sigmas", "", 0.0, 20.0,
+                                              "depth noise to stand above the background"),
+      number_field<&BackgroundParams::sigma_1m_m>("sigma_1m_m", "m", 0.0, 0.1,
+                                                  "axial noise at 1 m, 1 sigma; grows with z²"),
+      number_field<&BackgroundParams::min_height_m>(
+          "min_height_m", "m", 0.0, 10.0,
+          "height above the background; 0 = min_height_ratio of its distance"),
+      number_field<&BackgroundParams::min_height_ratio>(
+          "min_height_ratio", "", 0.0, 0.5, "height above the background over its distance"),
+      number_field<&BackgroundParams::max_planes>("max_planes", "", 1, 4,
+                                                  "dominant planes removed, largest first"),
+  };
+  return kFields;
+}
+
+namespace {
+
+std::size_t labelled(const WorkingDepth& work) noexcept {
+  std::size_t count = 0;
+  for (int v = 0; v < work.label.height; ++v) {
+    const std::uint8_t* row = work.label.row(v);
+    for (int u = 0; u < work.label.width; ++u) count += row[u] != kNoLabel ? 1U : 0U;
+  }
+  return count;
+}
+
+bool covers(const BeltBackground& belt, const WorkingDepth& work) noexcept {
+  return !belt.depth.empty() && belt.depth.width >= work.left + work.depth.width &&
+         belt.depth.height >= work.top + work.depth.height;
+}
+
+}  // namespace
+
+void BackgroundRemoval::reserve(Arena& arena, const Limits& /*limits*/) { search_.reserve(arena); }
+
+void BackgroundRemoval::remove_image(WorkingDepth& work,
+                                     const BeltBackground& belt) const noexcept {
+  const auto unit = static_cast<float>(work.metres_per_unit);
+  const auto noise = static_cast<float>(params_.sigmas * params_.sigma_1m_m);
+  const auto height = static_cast<float>(params_.min_height_m);
+  const auto ratio =
+      params_.min_height_m > 0.0 ? 0.0F : static_cast<float>(params_.min_height_ratio);
+  for (int v = 0; v < work.depth.height; ++v) {
+    const std::uint16_t* empty = belt.depth.row(work.top + v) + work.left;
+    const std::uint16_t* depth = work.depth.row(v);
+    std::uint8_t* label = work.label.row(v);
+    for (int u = 0; u < work.depth.width; ++u) {
+      const float belt_m = static_cast<float>(empty[u]) * unit;
+      const float depth_m = static_cast<float>(depth[u]) * unit;
+      const float needed = std::max(noise * belt_m * belt_m, std::max(height, ratio * belt_m));
+      // Where the belt itself gave no reading, any reading is something else.
+      const bool above = empty[u] == 0 || belt_m - depth_m > needed;
+      label[u] = above ? label[u] : kNoLabel;
+    }
+  }
+}
+
+void BackgroundRemoval::remove_plane(WorkingDepth& work, const DepthPlane& plane) const noexcept {
+  const auto unit = static_cast<float>(work.metres_per_unit);
+  const auto offset = static_cast<float>(plane.offset_m);
+  const auto noise = static_cast<float>(params_.sigmas * params_.sigma_1m_m);
+  const auto height = static_cast<float>(params_.min_height_m);
+  const auto ratio =
+      params_.min_height_m > 0.0 ? 0.0F : static_cast<float>(params_.min_height_ratio);
+  const auto a = static_cast<float>(plane.a);
+  for (int v = 0; v < work.depth.height; ++v) {
+    const auto start = static_cast<float>(plane.b * v + plane.c);
+    const std::uint16_t* depth = work.depth.row(v);
+    std::uint8_t* label = work.label.row(v);
+    for (int u = 0; u < work.depth.width; ++u) {
+      const float depth_m = static_cast<float>(depth[u]) * unit;
+      // Height n·p + offset = offset (1 - z q) with q = 1/z of the plane on this ray. Depth noise
+      // z² sigma tilts it by offset z sigma.
+      const float above_m = offset * (1.0F - depth_m * (start + a * static_cast<float>(u)));
+      const float needed = std::max(noise * offset * depth_m, std::max(height, ratio * depth_m));
+      label[u] = above_m > needed ? label[u] : kNoLabel;
+    }
+  }
+}
+
+BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackground& belt,
+                                          double min_extent_m, Rng& rng) noexcept {
+  BackgroundReport report;
+  const std::size_t before = labelled(work);
+  BackgroundMethod method = params_.method;
+  if (method == BackgroundMethod::Auto) {
+    method = covers(belt, work) ? BackgroundMethod::Image
+             : belt.has_plane   ? BackgroundMethod::Plane
+                                : BackgroundMethod::Dominant;
+  }
+  if (method == BackgroundMethod::Image && covers(belt, work)) {
+    remove_image(work, belt);
+    report.used = method;
+  } else if (method == BackgroundMethod::Plane && belt.has_plane) {
+    report.planes[report.plane_count++] =
+        depth_plane(belt.plane_normal, belt.plane_offset_m, work.intrinsics);
+    remove_plane(work, report.planes[0]);
+    report.used = method;
+  } else if (method == BackgroundMethod::Dominant) {
+    const auto wanted = static_cast<std::size_t>(params_.max_planes);
+    DepthPlane plane;
+    while (report.plane_count < std::min(wanted, report.planes.size()) &&
+           search_.find(work, min_extent_m, rng, plane)) {
+      report.planes[report.plane_count++] = plane;
+      remove_plane(work, plane);
+      report.used = method;
+    }
+  }
+  report.foreground = labelled(work);
+  report.removed = before - report.foreground;
+  return report;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,32 @@
+#include "pipeline/preprocess/compact.h"
+
+namespace grapnel {
+
+std::size_t keep_points(Surface& surface, std::span<const std::uint8_t> keep) noexcept {
+  GRAPNEL_ASSERT(keep.size() >= surface.size);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const bool stays = keep[i] != 0;
+    if (surface.organised()) {
+      const auto pixel = static_cast<std::size_t>(surface.grid.pixel_of[i]);
+      surface.grid.point_of[pixel] = stays ? static_cast<std::int32_t>(kept) : -1;
+      if (stays) surface.grid.pixel_of[kept] = surface.grid.pixel_of[i];
+    }
+    if (!stays) continue;
+    for (std::span<float>* plane : {&surface.x, &surface.y, &surface.z, &surface.nx, &surface.ny,
+                                    &surface.nz, &surface.intensity}) {
+      (*plane)[kept] = (*plane)[i];
+    }
+    ++kept;
+  }
+  const std::size_t removed = surface.size - kept;
+  surface.size = kept;
+  return removed;
+}
+
+void drop_grid(Surface& surface) noexcept {
+  surface.grid.width = 0;
+  surface.grid.height = 0;
+}
+
+}  // namespace grapnel
