@@ -1,4 +1,5 @@
 // The drivers that the camera contract suite runs on: a new one is a class and a line below.
+#include "drivers/registry.h"
 #include "drivers/replay/replay_camera.h"
 #include "tests/contract/camera_contract.h"
 #include "tests/support/small_recording.h"
@@ -6,6 +7,19 @@
 
 namespace grapnel::test {
 namespace {
+
+CameraInfo declared_replay(bool with_color) {
+  const CameraFile camera = small_camera();
+  CameraInfo info;
+  info.driver = "replay";
+  info.serial = camera.serial;
+  info.intrinsics = camera.intrinsics();
+  info.metres_per_unit = camera.metres_per_unit;
+  info.baseline_m = camera.baseline_m;
+  info.has_color = with_color;
+  info.live = false;
+  return info;
+}
 
 class ReplayUnderTest final : public CameraUnderTest {
  public:
@@ -18,18 +32,7 @@ class ReplayUnderTest final : public CameraUnderTest {
   [[nodiscard]] std::unique_ptr<Camera> make(const Clock& clock) override {
     return std::make_unique<ReplayCamera>(options_, clock);
   }
-  [[nodiscard]] CameraInfo declared() const override {
-    const CameraFile camera = small_camera();
-    CameraInfo info;
-    info.driver = "replay";
-    info.serial = camera.serial;
-    info.intrinsics = camera.intrinsics();
-    info.metres_per_unit = camera.metres_per_unit;
-    info.baseline_m = camera.baseline_m;
-    info.has_color = with_color_;
-    info.live = false;
-    return info;
-  }
+  [[nodiscard]] CameraInfo declared() const override { return declared_replay(with_color_); }
 
  private:
   TempFolder folder_;
@@ -42,15 +45,34 @@ std::unique_ptr<CameraUnderTest> replay() {
   return std::make_unique<ReplayUnderTest>(kMode, kWithColor);
 }
 
+/// The same driver out of a plug-in, through the registry.
+class PluginUnderTest final : public CameraUnderTest {
+ public:
+  PluginUnderTest() { write_small_recording(folder_ / "r", 7, false); }
+  [[nodiscard]] std::unique_ptr<Camera> make(const Clock& clock) override {
+    const std::string options = "driver = \"test\"\nloop = true\nplugins = \"" GRAPNEL_BINARY_DIR
+                                "/tests/plugins\"\npath = \"" +
+                                (folder_ / "r").string() + "\"\n";
+    return make_camera(parse_config(options, "grapnel.toml"), clock);
+  }
+  [[nodiscard]] CameraInfo declared() const override { return declared_replay(false); }
+
+ private:
+  TempFolder folder_;
+};
+
+std::unique_ptr<CameraUnderTest> plugin() { return std::make_unique<PluginUnderTest>(); }
+
 std::string name_of_case(const testing::TestParamInfo<CameraCase>& tested) {
   return tested.param.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Drivers, CameraContract,
-    testing::Values(CameraCase{"ReplayTrueTime", &replay<ReplayMode::TrueTime, true>},
-                    CameraCase{"ReplayFast", &replay<ReplayMode::Fast, false>}),
-    name_of_case);
+INSTANTIATE_TEST_SUITE_P(Drivers, CameraContract,
+                         testing::Values(CameraCase{"ReplayTrueTime",
+                                                    &replay<ReplayMode::TrueTime, true>},
+                                         CameraCase{"ReplayFast", &replay<ReplayMode::Fast, false>},
+                                         CameraCase{"Plugin", &plugin}),
+                         name_of_case);
 
 }  // namespace
 }  // namespace grapnel::test
