@@ -34,20 +34,20 @@ class FpfhEstimator final : public DescriptorEstimator {
   Status describe(const Surface& surface, std::span<const Keypoint> keypoints,
                   FeatureMatrix& features) noexcept override;
 
-  /// The simplified histogram of one point of the last surface described, 33 bins; zeros where it
-  /// was not needed.
+  /// The simplified histogram of one point of the last surface described, 33 bins; only of
+  /// points near one of its keypoints.
   [[nodiscard]] std::span<const float> simplified(std::size_t point_i) const noexcept;
 
  private:
   void simplify(const Surface& surface, std::size_t point_i, float radius_m) noexcept;
-  void weigh(const Surface& surface, std::size_t point_i, float radius_m,
-             std::span<float> row) noexcept;
+  void weigh(std::size_t point_i, float radius_m, std::span<float> row) noexcept;
 
   FpfhParams params_;
   std::size_t max_neighbours_ = 0;
   NeighbourSearch search_;
   std::span<float> simplified_;
-  std::span<std::uint8_t> state_;
+  std::span<std::uint8_t> needed_;
+  std::span<std::int32_t> others_, bins_;
 };
 
 }  // namespace grapnel

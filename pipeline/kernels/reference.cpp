@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 
 namespace grapnel::kernels::reference {
 
@@ -66,6 +68,104 @@ void back_project_row(const std::uint16_t* depth, const RowCamera& camera, std::
     z[u] = static_cast<float>(depth[u]) * camera.metres_per_unit;
     x[u] = (static_cast<float>(u) - camera.cx) * camera.inverse_fx * z[u];
     y[u] = camera.y_over_z * z[u];
+  }
+}
+
+namespace {
+
+struct Triple {
+  float x = 0.0F, y = 0.0F, z = 0.0F;
+};
+
+float dot(const Triple& a, const Triple& b) noexcept { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+
+Triple cross(const Triple& a, const Triple& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+float arc_tangent(float y, float x) noexcept {
+  const float ax = std::fabs(x);
+  const float ay = std::fabs(y);
+  const float larger = std::max(ax, ay);
+  const float t = std::min(ax, ay) / (larger == 0.0F ? 1.0F : larger);
+  const float s = t * t;
+  float p = -0.01172120F;
+  for (const float next : {0.05265332F, -0.11643287F, 0.19354346F, -0.33262347F, 0.99997726F}) {
+    p = p * s + next;
+  }
+  float angle = p * t;
+  if (ay > ax) angle = 1.57079633F - angle;
+  if (x < 0.0F) angle = 3.14159265F - angle;
+  return y < 0.0F ? -angle : angle;
+}
+
+std::int32_t bin(float value, float low, float scale) noexcept {
+  return static_cast<std::int32_t>(std::clamp((value - low) * scale, 0.0F, kPairBins - 0.5F));
+}
+
+std::int32_t bins_of_pair(const Triple& p, const Triple& np, const Triple& q,
+                          const Triple& nq) noexcept {
+  const Triple line{q.x - p.x, q.y - p.y, q.z - p.z};
+  const float length = std::sqrt(dot(line, line));
+  if (length == 0.0F) return kNoPair;
+  const float inverse = 1.0F / length;
+  const float cos_p = dot(np, line) * inverse;
+  const float cos_q = dot(nq, line) * inverse;
+  const bool from_q = std::fabs(cos_p) < std::fabs(cos_q);
+  const Triple& u = from_q ? nq : np;
+  const Triple& target = from_q ? np : nq;
+  const Triple back{-line.x, -line.y, -line.z};
+  Triple v = cross(from_q ? back : line, u);
+  const float v_length = std::sqrt(dot(v, v));
+  if (v_length == 0.0F) return kNoPair;
+  const float v_inverse = 1.0F / v_length;
+  v = {v.x * v_inverse, v.y * v_inverse, v.z * v_inverse};
+  const Triple w = cross(u, v);
+  const float f1 = arc_tangent(dot(w, target), dot(u, target));
+  const float f2 = dot(v, target);
+  const float f3 = from_q ? -cos_q : cos_p;
+  constexpr float kBins = kPairBins;
+  return bin(f1, -3.14159265F, kBins * 0.159154943F) | bin(f2, -1.0F, kBins * 0.5F) << 8 |
+         bin(f3, -1.0F, kBins * 0.5F) << 16;
+}
+
+}  // namespace
+
+void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
+               std::span<const std::int32_t> others, std::int32_t* bins) noexcept {
+  const auto place = [&](std::int32_t i) { return Triple{points.x[i], points.y[i], points.z[i]}; };
+  const auto normal = [&](std::int32_t i) {
+    return Triple{points.nx[i], points.ny[i], points.nz[i]};
+  };
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    bins[i] = bins_of_pair(place(point_i), normal(point_i), place(others[i]), normal(others[i]));
+  }
+}
+
+void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
+                 NearestTwo* found) noexcept {
+  for (std::size_t q = 0; q < count; ++q) {
+    found[q] = NearestTwo{};
+    for (std::size_t row = 0; row < rows.block_count * NearestRows::kBlock; ++row) {
+      float squared = rows.bias[row];
+      const float* values = rows.blocks +
+                            row / NearestRows::kBlock * NearestRows::kBlock * rows.dimension +
+                            row % NearestRows::kBlock;
+      for (std::size_t i = 0; i < rows.dimension; ++i) {
+        const float difference = queries[q][i] - values[i * NearestRows::kBlock];
+        squared += difference * difference;
+      }
+      if (squared == std::numeric_limits<float>::infinity()) continue;
+      if (found[q].best < 0 || squared < found[q].best_squared) {
+        found[q].second = found[q].best;
+        found[q].second_squared = found[q].best_squared;
+        found[q].best = static_cast<std::int32_t>(row);
+        found[q].best_squared = squared;
+      } else if (found[q].second < 0 || squared < found[q].second_squared) {
+        found[q].second = static_cast<std::int32_t>(row);
+        found[q].second_squared = squared;
+      }
+    }
   }
 }
 

@@ -5,6 +5,8 @@
 #include <span>
 
 #include "pipeline/kernels/depth_rows.h"
+#include "pipeline/kernels/nearest.h"
+#include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/within.h"
 
 namespace grapnel::kernels::reference {
@@ -23,5 +25,11 @@ std::size_t support_row(const std::uint16_t* above, const std::uint16_t* row,
 
 void back_project_row(const std::uint16_t* depth, const RowCamera& camera, std::size_t width,
                       float* x, float* y, float* z) noexcept;
+
+void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
+               std::span<const std::int32_t> others, std::int32_t* bins) noexcept;
+
+void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
+                 NearestTwo* found) noexcept;
 
 }  // namespace grapnel::kernels::reference

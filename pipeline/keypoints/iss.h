@@ -46,7 +46,7 @@ class IssDetector final : public KeypointDetector {
   IssParams params_;
   NeighbourSearch search_;
   std::span<float> saliency_;
-  std::span<std::uint8_t> border_;
+  std::span<std::uint8_t> edge_, border_;  ///< on a border; near one
   std::span<float> angles_;
   std::span<Keypoint> candidates_;
 };

@@ -28,7 +28,7 @@ class UniformDetector final : public KeypointDetector {
  private:
   struct Entry {
     std::uint64_t cell = 0;
-    float squared_m2 = 0.0F;  ///< from the cell's centre
+    float off_centre = 0.0F;  ///< squared, in cells
     std::int32_t point = 0;
   };
   std::size_t choose(const Surface& surface, double cell_m) noexcept;

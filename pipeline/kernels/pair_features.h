@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace grapnel::kernels {
+
+/// Points with normals.
+struct OrientedPlanes {
+  const float* x = nullptr;
+  const float* y = nullptr;
+  const float* z = nullptr;
+  const float* nx = nullptr;
+  const float* ny = nullptr;
+  const float* nz = nullptr;
+};
+
+inline constexpr int kPairBins = 11;  ///< of each of the three features
+/// A pair without features: coincident points, or the line between them along the normal.
+inline constexpr std::int32_t kNoPair = -1;
+
+/// Bins of the three angular pair features (Rusu 2009, eq. 3; PCL's computePairFeatures) between
+/// point `point_i` and each of `others`: f1 bin | f2 bin << 8 | f3 bin << 16, or kNoPair. f1 is the
+/// angle about v, f2 and f3 are cosines. `bins` holds others.size() + 8 entries.
+void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
+               std::span<const std::int32_t> others, std::int32_t* bins) noexcept;
+
+}  // namespace grapnel::kernels

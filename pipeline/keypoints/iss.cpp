@@ -1,0 +1,146 @@
+#include "pipeline/keypoints/iss.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/math.h"
+#include "pipeline/keypoints/strongest.h"
+#include "pipeline/neighbours/symmetric3.h"
+
+namespace grapnel {
+
+FieldTable iss_fields() noexcept {
+  static constexpr std::array kFields = {
+      number_field<&IssParams::salient_radius_m>("salient_radius_m", "m", 0.0, 10.0,
+                                                 "sphere of the scatter; 0 = 6 spacings"),
+      number_field<&IssParams::non_max_radius_m>("non_max_radius_m", "m", 0.0, 10.0,
+                                                 "one keypoint within; 0 = 4 spacings"),
+      number_field<&IssParams::gamma_21>("gamma_21", "", 0.0, 1.0,
+                                         "largest ratio of second to first eigenvalue"),
+      number_field<&IssParams::gamma_32>("gamma_32", "", 0.0, 1.0,
+                                         "largest ratio of third to second eigenvalue"),
+      number_field<&IssParams::min_neighbours>("min_neighbours", "", 1, 1000,
+                                               "fewer, the point included, is no keypoint"),
+      bool_field<&IssParams::normalise>("normalise",
+                                        "divide the scatter by the neighbours (PCL: false)"),
+      number_field<&IssParams::min_third_eigenvalue_m2>("min_third_eigenvalue_m2", "m2", 0.0, 1.0,
+                                                        "least saliency (PCL: 0)"),
+      number_field<&IssParams::border_radius_m>(
+          "border_radius_m", "m", 0.0, 10.0,
+          "no keypoints this near to a border; 0 = borders count too (PCL: 0)"),
+      number_field<&IssParams::border_angle_rad>("border_angle_rad", "rad", 0.1, 6.2,
+                                                 "gap between a point's neighbours at a border"),
+  };
+  return kFields;
+}
+
+namespace {
+
+constexpr double kAutoSalientSpacings = 6.0;
+constexpr double kAutoNonMaxSpacings = 4.0;
+
+}  // namespace
+
+void IssDetector::reserve(Arena& arena, const Limits& limits) {
+  const std::size_t points = std::max(limits.max_points, limits.max_model_points);
+  search_.reserve(arena, limits);
+  saliency_ = arena.take<float>(points);
+  border_ = arena.take<std::uint8_t>(points);
+  edge_ = arena.take<std::uint8_t>(points);
+  angles_ = arena.take<float>(points);
+  candidates_ = arena.take<Keypoint>(points);
+}
+
+bool IssDetector::on_border(const Surface& surface, std::size_t point_i,
+                            const Neighbourhood& around) noexcept {
+  const Vec3d normal = surface.normal(point_i).cast<double>();
+  const Vec3d v = normal.unitOrthogonal();
+  const Vec3d u = normal.cross(v);
+  std::size_t count = 0;
+  for (const std::int32_t index : around.index) {
+    const Vec3d d =
+        (surface.point(static_cast<std::size_t>(index)) - surface.point(point_i)).cast<double>();
+    if (d.isZero(0.0)) continue;
+    angles_[count++] = static_cast<float>(math::atan2(v.dot(d), u.dot(d)));
+  }
+  if (count == 0) return false;
+  std::sort(angles_.begin(), angles_.begin() + static_cast<std::ptrdiff_t>(count));
+  double widest =
+      2.0 * math::kPi - static_cast<double>(angles_[count - 1]) + static_cast<double>(angles_[0]);
+  for (std::size_t i = 1; i < count; ++i) {
+    widest =
+        std::max(widest, static_cast<double>(angles_[i]) - static_cast<double>(angles_[i - 1]));
+  }
+  return widest > params_.border_angle_rad;
+}
+
+void IssDetector::find_borders(const Surface& surface) noexcept {
+  const auto radius = static_cast<float>(params_.border_radius_m);
+  const auto needed = static_cast<std::size_t>(params_.min_neighbours);
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const Neighbourhood around = search_.within(i, radius);
+    const bool measurable = around.size() >= std::max<std::size_t>(needed, 3);
+    edge_[i] = measurable && surface.has_normal(i) && on_border(surface, i, around) ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const Neighbourhood around = search_.within(i, radius);
+    border_[i] = std::any_of(around.index.begin(), around.index.end(), [&](std::int32_t index) {
+      return edge_[static_cast<std::size_t>(index)] != 0;
+    });
+  }
+}
+
+void IssDetector::measure_saliency(const Surface& surface, double salient_radius_m) noexcept {
+  const auto radius = static_cast<float>(salient_radius_m);
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    saliency_[i] = 0.0F;
+    if (border_[i] != 0) continue;
+    const Neighbourhood around = search_.within(i, radius);
+    if (around.size() < static_cast<std::size_t>(params_.min_neighbours)) continue;
+    const Vec3d origin = surface.point(i).cast<double>();
+    Symmetric3 scatter;
+    for (const std::int32_t index : around.index) {
+      const Vec3d d = surface.point(static_cast<std::size_t>(index)).cast<double>() - origin;
+      scatter.add(d.x(), d.y(), d.z());
+    }
+    const Vec3d e = eigen_symmetric3(scatter).values;
+    if (!(e[1] < params_.gamma_21 * e[2]) || !(e[0] < params_.gamma_32 * e[1])) continue;
+    const double saliency = params_.normalise ? e[0] / static_cast<double>(around.size()) : e[0];
+    if (saliency > params_.min_third_eigenvalue_m2) saliency_[i] = static_cast<float>(saliency);
+  }
+}
+
+Status IssDetector::detect(const Surface& surface, KeypointSet& keypoints) noexcept {
+  keypoints.clear();
+  const double salient = params_.salient_radius_m > 0.0 ? params_.salient_radius_m
+                                                        : kAutoSalientSpacings * surface.spacing_m;
+  const double non_max = params_.non_max_radius_m > 0.0 ? params_.non_max_radius_m
+                                                        : kAutoNonMaxSpacings * surface.spacing_m;
+  if (!(salient > 0.0) || !(non_max > 0.0)) return Error{Code::BadParameter, Stage::Keypoints, 0};
+  if (const Status built = search_.build(surface, salient); !built.ok()) {
+    return Error{built.error().code, Stage::Keypoints, built.error().detail};
+  }
+  if (params_.border_radius_m > 0.0) {
+    find_borders(surface);
+  } else {
+    std::fill_n(border_.begin(), surface.size, std::uint8_t{0});
+  }
+  measure_saliency(surface, salient);
+
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const float own = saliency_[i];
+    if (!(own > 0.0F)) continue;
+    const Neighbourhood around = search_.within(i, static_cast<float>(non_max));
+    if (around.size() < static_cast<std::size_t>(params_.min_neighbours)) continue;
+    const bool beaten = std::any_of(
+        around.index.begin(), around.index.end(),
+        [&](std::int32_t index) { return own < saliency_[static_cast<std::size_t>(index)]; });
+    if (beaten) continue;
+    candidates_[count++] = {static_cast<std::int32_t>(i), own, static_cast<float>(salient)};
+  }
+  keep_strongest(candidates_.first(count), keypoints);
+  return {};
+}
+
+}  // namespace grapnel

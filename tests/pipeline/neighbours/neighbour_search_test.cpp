@@ -1,0 +1,202 @@
+#include "pipeline/neighbours/neighbour_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/rng.h"
+#include "pipeline/kernels/target.h"
+#include "pipeline/neighbours/symmetric3.h"
+#include "tests/pipeline/support/surfaces.h"
+
+namespace grapnel {
+namespace {
+
+struct Search {
+  NeighbourSearch search;
+  test::ArenaMemory memory;
+  explicit Search(std::size_t max_points = 8000, std::size_t max_grid = 32000)
+      : memory([&](Arena& arena) { search.reserve(arena, max_points, max_grid); }) {}
+};
+
+std::vector<std::int32_t> brute_force(const Surface& surface, const Vec3f& place, float radius) {
+  std::vector<std::int32_t> found;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const float dx = surface.x[i] - place.x();
+    const float dy = surface.y[i] - place.y();
+    const float dz = surface.z[i] - place.z();
+    if ((dx * dx + dy * dy) + dz * dz <= radius * radius) {
+      found.push_back(static_cast<std::int32_t>(i));
+    }
+  }
+  return found;
+}
+
+std::vector<std::int32_t> sorted(const Neighbourhood& found) {
+  std::vector<std::int32_t> list(found.index.begin(), found.index.end());
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+void expect_brute_force(NeighbourSearch& search, const Surface& surface, float radius) {
+  for (std::size_t i = 0; i < surface.size; i += 1 + surface.size / 200) {
+    ASSERT_EQ(sorted(search.within(i, radius)), brute_force(surface, surface.point(i), radius))
+        << "point " << i << " radius " << radius;
+  }
+}
+
+TEST(NeighbourSearch, EqualsBruteForceInARandomCloud) {
+  test::OwnedSurface cloud = test::random_cloud(1500, 1.0, 1);
+  Search s;
+  ASSERT_TRUE(s.search.build(*cloud, 0.1).ok());
+  EXPECT_FALSE(s.search.uses_grid());
+  for (const float radius : {0.0F, 0.03F, 0.1F, 0.35F, 3.0F}) {
+    expect_brute_force(s.search, *cloud, radius);
+  }
+}
+
+TEST(NeighbourSearch, EqualsBruteForceOnAGrid) {
+  test::OwnedSurface grid = test::wavy_grid(60, 50, 2);
+  Search s;
+  ASSERT_TRUE(s.search.build(*grid, 0.05).ok());
+  EXPECT_TRUE(s.search.uses_grid());
+  for (const float radius : {0.0F, 0.02F, 0.05F, 0.3F, 2.0F}) {
+    expect_brute_force(s.search, *grid, radius);
+  }
+}
+
+TEST(NeighbourSearch, EqualsBruteForceAroundAnyPlace) {
+  test::OwnedSurface grid = test::wavy_grid(60, 50, 3);
+  test::OwnedSurface cloud = test::random_cloud(800, 1.0, 4);
+  Rng rng(5);
+  for (Surface* surface : {&*grid, &*cloud}) {
+    Search s;
+    ASSERT_TRUE(s.search.build(*surface, 0.1).ok());
+    for (int i = 0; i < 300; ++i) {
+      const Vec3f place(static_cast<float>(rng.uniform(-1.0, 2.0)),
+                        static_cast<float>(rng.uniform(-1.0, 2.0)),
+                        static_cast<float>(rng.uniform(-1.0, 2.5)));
+      const auto radius = static_cast<float>(rng.uniform(0.0, 0.8));
+      ASSERT_EQ(sorted(s.search.within(place, radius)), brute_force(*surface, place, radius));
+    }
+  }
+}
+
+TEST(NeighbourSearch, GivesGridNeighboursInAscendingOrder) {
+  test::OwnedSurface grid = test::wavy_grid(60, 50, 6);
+  Search s;
+  ASSERT_TRUE(s.search.build(*grid, 0.05).ok());
+  const Neighbourhood found = s.search.within(grid->size / 2, 0.1F);
+  EXPECT_GT(found.size(), 20U);
+  EXPECT_TRUE(std::is_sorted(found.index.begin(), found.index.end()));
+}
+
+TEST(NeighbourSearch, TakesAMovedGridForACloud) {
+  test::OwnedSurface grid = test::wavy_grid(60, 50, 7);
+  for (std::size_t i = 0; i < grid->size; ++i) grid->x[i] += 0.3F;
+  Search s;
+  ASSERT_TRUE(s.search.build(*grid, 0.05).ok());
+  EXPECT_FALSE(s.search.uses_grid());
+  expect_brute_force(s.search, *grid, 0.05F);
+}
+
+TEST(NeighbourSearch, FindsTheNearestInOrderOfDistance) {
+  test::OwnedSurface grid = test::wavy_grid(40, 30, 8);
+  test::OwnedSurface cloud = test::random_cloud(700, 1.0, 9);
+  for (Surface* surface : {&*grid, &*cloud}) {
+    Search s;
+    ASSERT_TRUE(s.search.build(*surface, 0.01).ok());
+    for (std::size_t i = 0; i < surface->size; i += 37) {
+      std::vector<std::pair<float, std::int32_t>> all;
+      for (std::size_t j = 0; j < surface->size; ++j) {
+        const Vec3f d = surface->point(j) - surface->point(i);
+        const float squared = (d.x() * d.x() + d.y() * d.y()) + d.z() * d.z();
+        all.emplace_back(squared, static_cast<std::int32_t>(j));
+      }
+      std::sort(all.begin(), all.end());
+      const Neighbourhood found = s.search.nearest(surface->point(i), 12);
+      ASSERT_EQ(found.size(), 12U);
+      for (std::size_t k = 0; k < 12; ++k) {
+        ASSERT_EQ(found.index[k], all[k].second);
+        ASSERT_EQ(found.squared_m2[k], all[k].first);
+      }
+    }
+    EXPECT_EQ(s.search.nearest(surface->point(0), 100000).size(), surface->size);
+  }
+}
+
+TEST(NeighbourSearch, HandlesDegenerateClouds) {
+  Search s;
+  test::OwnedSurface empty(4, 0);
+  EXPECT_EQ(s.search.build(*empty, 0.1).error().code, Code::TooFewPoints);
+  test::OwnedSurface one = test::random_cloud(1, 1.0, 10);
+  ASSERT_TRUE(s.search.build(*one, 0.1).ok());
+  EXPECT_EQ(s.search.within(0, 0.1F).size(), 1U);
+  EXPECT_EQ(s.search.nearest(Vec3f(50.0F, 0.0F, 0.0F), 3).size(), 1U);
+  test::OwnedSurface same(100, 0);
+  same->size = 100;
+  ASSERT_TRUE(s.search.build(*same, 0.1).ok());
+  EXPECT_EQ(s.search.within(7, 0.0F).size(), 100U);
+  test::OwnedSurface far = test::random_cloud(500, 1.0, 11);
+  far->x[3] = 1e6F;  // one outlier must not cost the memory of a thousand kilometres of cells
+  ASSERT_TRUE(s.search.build(*far, 0.01).ok());
+  expect_brute_force(s.search, *far, 0.2F);
+  test::OwnedSurface many = test::random_cloud(9000, 1.0, 12);
+  EXPECT_EQ(s.search.build(*many, 0.1).error().code, Code::CapacityExceeded);
+}
+
+TEST(NeighbourSearch, ThinsAListEvenly) {
+  test::OwnedSurface cloud = test::random_cloud(1000, 1.0, 13);
+  Search s;
+  ASSERT_TRUE(s.search.build(*cloud, 0.5).ok());
+  const std::vector<std::int32_t> all = [&] {
+    const Neighbourhood found = s.search.within(0, 2.0F);
+    return std::vector<std::int32_t>(found.index.begin(), found.index.end());
+  }();
+  ASSERT_EQ(all.size(), 1000U);
+  const Neighbourhood thinned = s.search.thin(s.search.within(0, 2.0F), 100);
+  ASSERT_EQ(thinned.size(), 100U);
+  for (std::size_t k = 0; k < 100; ++k) EXPECT_EQ(thinned.index[k], all[10 * k]);
+  EXPECT_EQ(s.search.thin(s.search.within(0, 2.0F), 5000).size(), 1000U);
+}
+
+TEST(NeighbourSearch, MeasuresTheSpacingOfALattice) {
+  test::OwnedSurface lattice(400, 0);
+  for (std::size_t i = 0; i < 400; ++i) {
+    lattice->x[i] = 0.01F * static_cast<float>(i % 20);
+    lattice->y[i] = 0.01F * static_cast<float>(i / 20);
+  }
+  lattice->size = 400;
+  Search s;
+  ASSERT_TRUE(s.search.build(*lattice, 0.1).ok());
+  EXPECT_NEAR(mean_spacing_m(s.search, *lattice, 50), 0.01, 1e-8);
+}
+
+TEST(NeighbourSearch, UsesExactlyTheMeasuredMemory) {
+  const Search s;
+  EXPECT_EQ(s.memory.measured_bytes(), s.memory.used_bytes());
+}
+
+TEST(Symmetric3, EigenvaluesAndVectorsRebuildTheMatrix) {
+  Rng rng(20);
+  for (int trial = 0; trial < 2000; ++trial) {
+    Symmetric3 m;
+    const int rank = 1 + trial % 4;
+    for (int i = 0; i < rank; ++i) m.add(rng.normal(), rng.normal(), 0.01 * rng.normal());
+    const Eigen3 e = eigen_symmetric3(m);
+    Mat3d full;
+    full << m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz;
+    const double scale = full.norm();
+    const Mat3d rebuilt = e.vectors * e.values.asDiagonal() * e.vectors.transpose();
+    ASSERT_LT((rebuilt - full).norm(), 1e-13 * scale);
+    ASSERT_LT((e.vectors.transpose() * e.vectors - Mat3d::Identity()).norm(), 1e-13);
+    ASSERT_LE(e.values[0], e.values[1]);
+    ASSERT_LE(e.values[1], e.values[2]);
+  }
+  EXPECT_EQ(eigen_symmetric3(Symmetric3{}).values, Vec3d(Vec3d::Zero()));
+}
+
+}  // namespace
+}  // namespace grapnel
