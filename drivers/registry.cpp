@@ -7,12 +7,14 @@
 
 #include "drivers/plugin_camera.h"
 #include "drivers/replay/replay_camera.h"
+#include "drivers/synthetic/synthetic_camera.h"
 
 namespace grapnel {
 namespace {
 
 constexpr std::array kDrivers = {
     CameraDriver{"replay", "a recording, as if it were a camera", &make_replay_camera},
+    CameraDriver{"synthetic", "a simulated scene, as if it were a camera", &make_synthetic_camera},
 };
 
 /// Letters, digits, '_' and '-', so that a name can't lead out of the plug-in folder.
