@@ -16,6 +16,7 @@ struct CloudData {
   std::vector<float> x, y, z;
   std::vector<float> nx, ny, nz;
   std::vector<float> intensity;
+  std::vector<float> curvature;  ///< surface variation, 0…1/3
   std::vector<Rgb8> color;
   std::vector<std::uint32_t> label;
   int width = 0;                              ///< width × height points
@@ -26,6 +27,7 @@ struct CloudData {
   [[nodiscard]] bool organized() const noexcept { return height > 1; }
   [[nodiscard]] bool has_normals() const noexcept { return !nx.empty(); }
   [[nodiscard]] bool has_intensity() const noexcept { return !intensity.empty(); }
+  [[nodiscard]] bool has_curvature() const noexcept { return !curvature.empty(); }
   [[nodiscard]] bool has_color() const noexcept { return !color.empty(); }
 };
 

@@ -128,6 +128,7 @@ std::unique_ptr<StoredSurface> make_surface(const DepthFrame& frame) {
       if (frame.depth.at(u, v) == 0) continue;
       const std::size_t i = surface.size;
       push_point(surface, point_of_pixel(frame, u, v));
+      stored->input_of.push_back(static_cast<std::uint32_t>(pixel));
       if (!frame.color.empty()) surface.intensity[i] = luminance(frame.color.at(u, v));
       surface.grid.point_of[pixel] = static_cast<std::int32_t>(i);
       surface.grid.pixel_of[i] = static_cast<std::int32_t>(pixel);
@@ -148,6 +149,7 @@ std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud) {
     const std::size_t to = surface.size;
     push_point(surface, {cloud.x[from], cloud.y[from], cloud.z[from]});
     copy_attributes(cloud, from, surface, to);
+    stored->input_of.push_back(static_cast<std::uint32_t>(from));
     if (pixels == 0) continue;
     surface.grid.point_of[from] = static_cast<std::int32_t>(to);
     surface.grid.pixel_of[to] = static_cast<std::int32_t>(from);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "base/cloud.h"
 #include "base/depth_frame.h"
@@ -15,6 +17,7 @@ class StoredSurface {
  public:
   StoredSurface(std::size_t max_points, std::size_t max_grid_pixels);
   Surface surface;
+  std::vector<std::uint32_t> input_of;  ///< surface point → index in the cloud or pixel
 
  private:
   struct Free {

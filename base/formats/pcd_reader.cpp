@@ -217,6 +217,7 @@ CloudData gather(const TextScanner& scanner, const PcdHeader& header, const PcdB
     cloud.ny = body.floats("normal_y");
     cloud.nz = body.floats("normal_z");
   }
+  if (body.has("curvature")) cloud.curvature = body.floats("curvature");
   if (body.has("intensity")) cloud.intensity = body.floats("intensity");
   for (const std::string_view name : {"rgb", "rgba"}) {
     if (!body.has(name) || body.column(name).size != 4) continue;

@@ -45,6 +45,7 @@ std::vector<OutField> fields_of(const CloudData& cloud) {
     fields.push_back({"normal_y", &cloud.ny, {}});
     fields.push_back({"normal_z", &cloud.nz, {}});
   }
+  if (cloud.has_curvature()) fields.push_back({"curvature", &cloud.curvature, {}});
   if (cloud.has_intensity()) fields.push_back({"intensity", &cloud.intensity, {}});
   if (cloud.has_color()) fields.push_back({"rgba", nullptr, pack_colors(cloud.color)});
   if (!cloud.label.empty()) fields.push_back({"label", nullptr, cloud.label});

@@ -12,10 +12,10 @@ namespace grapnel {
 namespace {
 
 /// What a vertex property is to us.
-enum class Role : std::uint8_t { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, Intensity, Label, kCount };
+enum class Role : std::uint8_t { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, Intensity, Curvature, Label, kCount };
 constexpr std::size_t kRoles = static_cast<std::size_t>(Role::kCount);
 
-constexpr std::array<std::pair<std::string_view, Role>, 20> kRoleNames = {{
+constexpr std::array<std::pair<std::string_view, Role>, 21> kRoleNames = {{
     {"x", Role::X},
     {"y", Role::Y},
     {"z", Role::Z},
@@ -35,6 +35,7 @@ constexpr std::array<std::pair<std::string_view, Role>, 20> kRoleNames = {{
     {"diffuse_green", Role::Green},
     {"diffuse_blue", Role::Blue},
     {"intensity", Role::Intensity},
+    {"curvature", Role::Curvature},
     {"label", Role::Label},
 }};
 
@@ -121,6 +122,7 @@ CloudData read_vertices(PlyBody& body, const PlyElement& element) {
   const bool normals = vertices.has(Role::Nx, Role::Nz);
   const bool colors = vertices.has(Role::Red, Role::Blue);
   const bool intensity = vertices.has(Role::Intensity, Role::Intensity);
+  const bool curvature = vertices.has(Role::Curvature, Role::Curvature);
   const bool label = vertices.has(Role::Label, Role::Label);
   CloudData cloud;
   cloud.width = static_cast<int>(element.count);
@@ -142,6 +144,7 @@ CloudData read_vertices(PlyBody& body, const PlyElement& element) {
     }
     if (colors) cloud.color.push_back(vertices.color());
     if (intensity) cloud.intensity.push_back(vertices.real(Role::Intensity));
+    if (curvature) cloud.curvature.push_back(vertices.real(Role::Curvature));
     if (label) cloud.label.push_back(vertices.label());
   }
   return cloud;

@@ -60,6 +60,7 @@ void write_ply(const std::filesystem::path& file, const CloudData& cloud, PlyEnc
   std::string elements = "element vertex " + std::to_string(points) + "\n" + kPosition;
   if (cloud.has_normals()) elements += kNormal;
   if (cloud.has_color()) elements += kColor;
+  if (cloud.has_curvature()) elements += "property float curvature\n";
   if (cloud.has_intensity()) elements += "property float intensity\n";
   if (!cloud.label.empty()) elements += "property uint label\n";
   sink.header(elements);
@@ -73,6 +74,7 @@ void write_ply(const std::filesystem::path& file, const CloudData& cloud, PlyEnc
       sink.value(cloud.nz[i]);
     }
     if (cloud.has_color()) sink.color(cloud.color[i]);
+    if (cloud.has_curvature()) sink.value(cloud.curvature[i]);
     if (cloud.has_intensity()) sink.value(cloud.intensity[i]);
     if (!cloud.label.empty()) sink.value(cloud.label[i]);
     sink.end_row();
