@@ -10,6 +10,7 @@
 #include "drivers/synthetic/scene.h"
 #include "workbench/commands.h"
 #include "workbench/options.h"
+#include "workbench/progress.h"
 #include "workbench/simulate/simulated_recording.h"
 
 namespace grapnel {
@@ -33,7 +34,9 @@ int run_simulate(std::span<const std::string> args) {
   if (frames) overrides.push_back("scene.frames=" + *frames);
   for (const std::string& assignment : overrides) apply_override(table, assignment);
   const Scene scene = read_scene(table, std::filesystem::path(scene_file).parent_path());
-  const SimulationCounts counts = write_simulated_recording(scene, folder, [](std::int64_t) {});
+  Progress progress("simulate", static_cast<std::size_t>(scene.frames));
+  const SimulationCounts counts =
+      write_simulated_recording(scene, folder, [&progress] { progress.step(); });
   std::cout << folder << ": " << counts.depth_images << " of " << counts.frames << " frames, "
             << counts.events << " events\n";
   return 0;

@@ -52,6 +52,7 @@ void SceneRenderer::look_at_belt() {
   const Vec3d normal = camera_from_world_.linear().col(2);
   const double offset = normal.dot(camera_from_world_.translation());
   belt_normal_ = normal.cast<float>();
+  belt_light_ = light_on(belt_normal_);
   for (int v = 0; v < intrinsics_.height; ++v) {
     for (int u = 0; u < intrinsics_.width; ++u) {
       const Vec3d ray((u - intrinsics_.cx) / intrinsics_.fx, (v - intrinsics_.cy) / intrinsics_.fy,
@@ -75,6 +76,7 @@ void SceneRenderer::render(std::int64_t frame, ImageView<std::uint16_t> depth,
     travel_m_ = travel_m;
     draw_parts(frame);
     merge();
+    painted_ = false;
   }
   rendered_ = frame;
   sensor_.measure(surface(), scene_.seed, static_cast<std::uint64_t>(frame), depth);
@@ -88,7 +90,12 @@ void SceneRenderer::render(std::int64_t frame, ImageView<std::uint16_t> depth,
     }
   }
   for (PartView& view : views_) view.measured_pixels = visible_[view.part_i];
-  if (!color.empty()) paint(color);
+  if (color.empty()) return;
+  if (!painted_) paint();
+  painted_ = true;
+  for (int v = 0; v < intrinsics_.height; ++v) {
+    std::copy_n(color_.data() + pixel_of(0, v), intrinsics_.width, color.row(v));
+  }
 }
 
 void SceneRenderer::draw_parts(std::int64_t frame) {
@@ -173,7 +180,8 @@ Vec3f SceneRenderer::normal_at(int u, int v) const {
   return faces_[static_cast<std::size_t>(camera_.face().at(u, v))].normal_camera;
 }
 
-void SceneRenderer::paint(ImageView<Rgb8> color) const {
+void SceneRenderer::paint() {
+  color_.resize(part_index_.size());
   std::vector<Texture> textures(scene_.parts.size());
   std::vector<Pose> model_from_camera(scene_.parts.size());
   for (const PartView& view : views_) {
@@ -182,29 +190,29 @@ void SceneRenderer::paint(ImageView<Rgb8> color) const {
     model_from_camera[view.part_i] = view.camera_from_model.inverse();
   }
   for (int v = 0; v < intrinsics_.height; ++v) {
-    Rgb8* row = color.row(v);
     for (int u = 0; u < intrinsics_.width; ++u) {
       const std::size_t pixel = pixel_of(u, v);
       if (part_index_[pixel] == kBelt) {
-        row[u] = paint_belt(pixel);
+        color_[pixel] = paint_belt(pixel);
         continue;
       }
       const auto part_i = static_cast<std::size_t>(part_index_[pixel]);
       const double z_m = 1.0 / static_cast<double>(inverse_depth_[pixel]);
       const Vec3d point((u - intrinsics_.cx) / intrinsics_.fx * z_m,
                         (v - intrinsics_.cy) / intrinsics_.fy * z_m, z_m);
-      row[u] = textures[part_i].color_at(model_from_camera[part_i] * point, normal_at(u, v));
+      color_[pixel] = textures[part_i].color_at(model_from_camera[part_i] * point, normal_at(u, v));
     }
   }
 }
 
 Rgb8 SceneRenderer::paint_belt(std::size_t pixel) const {
   if (belt_inverse_depth_[pixel] == 0.0f) return {};
-  const Belt& belt = scene_.belt;
-  const double cycle_m = belt.pitch_m * belt.stations;
+  const double cycle_m = scene_.belt.pitch_m * scene_.belt.stations;
   double along_m = static_cast<double>(belt_x_m_[pixel]) - travel_m_;
-  if (cycle_m > 0.0) along_m -= cycle_m * std::floor(along_m / cycle_m);
-  return belt_color(along_m, static_cast<double>(belt_y_m_[pixel]), belt_normal_);
+  if (cycle_m > 0.0 && along_m < 0.0) {
+    along_m += cycle_m * static_cast<double>(1 + static_cast<std::int64_t>(-along_m / cycle_m));
+  }
+  return belt_color(along_m, static_cast<double>(belt_y_m_[pixel]), belt_light_);
 }
 
 }  // namespace grapnel

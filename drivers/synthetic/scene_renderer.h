@@ -52,7 +52,7 @@ class SceneRenderer {
   void draw_parts(std::int64_t frame);
   void draw_part(std::size_t part_i, const Pose& camera_from_model);
   void merge();
-  void paint(ImageView<Rgb8> color) const;
+  void paint();
   [[nodiscard]] Rgb8 paint_belt(std::size_t pixel) const;
   [[nodiscard]] std::size_t pixel_of(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(intrinsics_.width) +
@@ -68,6 +68,7 @@ class SceneRenderer {
   StructuredLight sensor_;
 
   Vec3f belt_normal_;
+  float belt_light_ = 0.0f;
   std::vector<float> ray_scale_;           // 1 / length of the ray (x/z, y/z, 1)
   std::vector<float> belt_inverse_depth_;  // 0 where the ray misses the belt
   std::vector<float> belt_x_m_, belt_y_m_;
@@ -77,6 +78,8 @@ class SceneRenderer {
   std::vector<std::size_t> visible_;  // per part
   std::vector<float> inverse_depth_, cos_incidence_, albedo_;
   std::vector<std::int16_t> part_index_;
+  std::vector<Rgb8> color_;
+  bool painted_ = false;        // color_ shows the surfaces that are held
   std::int64_t rendered_ = -1;  // frame whose surfaces are held
   double travel_m_ = 0.0;
 };

@@ -11,12 +11,6 @@ namespace {
 constexpr float kAmbient = 0.3f;
 constexpr double kBeltCell_m = 0.015;
 
-float light(const Vec3f& normal_camera) {
-  // From the upper left of the camera, length 1 (2/7, 3/7, 6/7).
-  const Vec3f to_light(-2.0f / 7.0f, -3.0f / 7.0f, -6.0f / 7.0f);
-  return kAmbient + (1.0f - kAmbient) * std::max(0.0f, normal_camera.dot(to_light));
-}
-
 /// Even in 0…1 per cell of a grid, in eighths so that pictures compress.
 float cell_value(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t variant) {
   const std::uint64_t key = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ULL +
@@ -26,7 +20,9 @@ float cell_value(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t v
 }
 
 std::int64_t cell(double value_m, double size_m) {
-  return static_cast<std::int64_t>(std::floor(value_m / size_m));
+  // Rounded toward minus infinity for all that lies within a thousand million cells.
+  constexpr std::int64_t kShift = 1'000'000'000;
+  return static_cast<std::int64_t>(value_m / size_m + static_cast<double>(kShift)) - kShift;
 }
 
 std::uint8_t channel(float value) {
@@ -34,6 +30,12 @@ std::uint8_t channel(float value) {
 }
 
 }  // namespace
+
+float light_on(const Vec3f& normal_camera) {
+  // From the upper left of the camera, length 1 (2/7, 3/7, 6/7).
+  const Vec3f to_light(-2.0f / 7.0f, -3.0f / 7.0f, -6.0f / 7.0f);
+  return kAmbient + (1.0f - kAmbient) * std::max(0.0f, normal_camera.dot(to_light));
+}
 
 Texture::Texture(PartKind kind, double albedo, std::uint64_t variant)
     : kind_(kind), variant_(variant) {
@@ -58,13 +60,13 @@ Rgb8 Texture::color_at(const Vec3d& point, const Vec3f& normal_camera) const {
   } else if (kind_ == PartKind::Barrel) {
     if (std::fabs(point.z()) < 0.03) tint_r = 3.5f;  // band round the drum
   }
-  const float lit = shade * light(normal_camera);
+  const float lit = shade * light_on(normal_camera);
   return {channel(base_.x() * tint_r * lit), channel(base_.y() * lit), channel(base_.z() * lit)};
 }
 
-Rgb8 belt_color(double along_m, double across_m, const Vec3f& normal_camera) {
+Rgb8 belt_color(double along_m, double across_m, float light) {
   const float weave = cell_value(cell(along_m, kBeltCell_m), cell(across_m, kBeltCell_m), 0, 0);
-  const float value = (48.0f + 16.0f * weave) * light(normal_camera);
+  const float value = (48.0f + 16.0f * weave) * light;
   return {channel(value), channel(value * 1.02f), channel(value * 1.06f)};
 }
 

@@ -23,7 +23,10 @@ class Texture {
   Vec3f base_ = Vec3f::Zero();  // red, green, blue, 0…255, under full light
 };
 
-/// Colour of the belt: dark rubber with a coarse weave.
-[[nodiscard]] Rgb8 belt_color(double along_m, double across_m, const Vec3f& normal_camera);
+/// Light on a surface, 0…1.
+[[nodiscard]] float light_on(const Vec3f& normal_camera);
+
+/// Colour of the belt under that much light: dark rubber with a coarse weave.
+[[nodiscard]] Rgb8 belt_color(double along_m, double across_m, float light);
 
 }  // namespace grapnel

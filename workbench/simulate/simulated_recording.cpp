@@ -106,7 +106,7 @@ class LineFile {
 }  // namespace
 
 SimulationCounts write_simulated_recording(const Scene& scene, const std::filesystem::path& folder,
-                                           const std::function<void(std::int64_t)>& progress) {
+                                           const std::function<void()>& progress) {
   const int width = scene.camera.width;
   const int height = scene.camera.height;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -137,7 +137,7 @@ SimulationCounts write_simulated_recording(const Scene& scene, const std::filesy
     }
     previous.swap(depth);
     ++counts.frames;
-    progress(counts.frames);
+    progress();
   }
   if (!scene.events.empty()) {
     LineFile events(folder / "events.jsonl");

@@ -18,9 +18,9 @@ struct SimulationCounts {
 /// Renders a scene into a recording in the TUM layout, and its truth beside it: groundtruth.txt
 /// (world_from_camera), objects.jsonl (a line a frame: each visible part's pose and pixels) and,
 /// when the scene has events, events.jsonl (a line an event: when to trigger, what to expect). The
-/// same scene gives the same bytes. `progress` is called after each frame. Throws InputError when
+/// same scene gives the same bytes. `progress` is called once a frame. Throws InputError when
 /// the folder can't be written or holds a recording.
 SimulationCounts write_simulated_recording(const Scene& scene, const std::filesystem::path& folder,
-                                           const std::function<void(std::int64_t)>& progress);
+                                           const std::function<void()>& progress);
 
 }  // namespace grapnel

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "base/cloud_file.h"
 #include "drivers/synthetic/scene_renderer.h"
 
 namespace grapnel {
@@ -154,6 +157,22 @@ TEST(Scene, RefusesWithFileLineKeyAndWhatIsAllowed) {
     EXPECT_NE(refusal_of(item.text).find(item.expected), std::string::npos)
         << item.text << " → " << refusal_of(item.text);
   }
+}
+
+TEST(Scene, TakesAnyMeshFromAFileBesideIt) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "scene_with_mesh";
+  std::filesystem::create_directories(folder);
+  MeshData data;
+  const Mesh carton = make_carton({0.38, 0.28, 0.22});
+  for (const Vec3d& vertex : carton.vertices) data.vertices.push_back(vertex.cast<float>());
+  data.triangles = carton.triangles;
+  write_ply(folder / "part.ply", data);
+  const Scene scene = read_scene(
+      parse_config("[[part]]\nkind = \"mesh\"\nmesh = \"part.ply\"\n", "scene.toml"), folder);
+  EXPECT_NEAR(enclosed_volume_m3(scene.parts[0].mesh), enclosed_volume_m3(carton), 1e-8);
+  EXPECT_NEAR(scene.parts[0].world_from_model.translation().z(), 0.11, 1e-6);
+  std::filesystem::remove_all(folder);
 }
 
 constexpr const char* kExact =
