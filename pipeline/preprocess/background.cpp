@@ -114,10 +114,12 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
   } else if (method == BackgroundMethod::Dominant) {
     const auto wanted = static_cast<std::size_t>(params_.max_planes);
     DepthPlane plane;
+    double share_left = 1.0;
     while (report.plane_count < std::min(wanted, report.planes.size()) &&
-           search_.find(work, min_extent_m, rng, plane)) {
+           search_.find(work, share_left, min_extent_m, rng, plane)) {
       report.planes[report.plane_count++] = plane;
       remove_plane(work, plane);
+      share_left = static_cast<double>(labelled(work)) / static_cast<double>(before);
       report.used = method;
     }
   }

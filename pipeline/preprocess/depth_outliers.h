@@ -16,7 +16,7 @@ struct DepthOutlierParams {
   bool enabled = true;
   /// Of the eight neighbours, how many must lie on the same surface. Flying pixels between two
   /// surfaces and rays that graze a surface have fewer.
-  int min_support = 4;
+  int min_support = 3;
   DepthGapParams gap;
 };
 

@@ -34,12 +34,14 @@ struct Range {
 };
 
 Range range_in_counts(const OrganizeParams& params, double metres_per_unit) noexcept {
+  // A limit written in metres that means a whole count may miss it by rounding.
+  constexpr double kRounding = 1e-6;
   Range range;
-  range.lowest =
-      std::max(1, static_cast<int>(std::min(65536.0, std::ceil(params.min_z_m / metres_per_unit))));
+  const double lowest = std::ceil(params.min_z_m / metres_per_unit - kRounding);
+  range.lowest = static_cast<int>(std::clamp(lowest, 1.0, 65536.0));
   if (params.max_z_m > 0.0) {
-    range.highest =
-        static_cast<int>(std::min(65535.0, std::floor(params.max_z_m / metres_per_unit)));
+    const double highest = std::floor(params.max_z_m / metres_per_unit + kRounding);
+    range.highest = static_cast<int>(std::min(highest, 65535.0));
   }
   return range;
 }

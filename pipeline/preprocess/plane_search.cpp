@@ -155,8 +155,8 @@ double PlaneSearch::extent_m(const DepthPlane& plane, const Intrinsics& k) const
   return std::sqrt(12.0 * std::max(0.0, eigen_symmetric3(covariance).values[1]));
 }
 
-bool PlaneSearch::find(const WorkingDepth& work, double min_extent_m, Rng& rng,
-                       DepthPlane& plane) noexcept {
+bool PlaneSearch::find(const WorkingDepth& work, double labelled_share, double min_extent_m,
+                       Rng& rng, DepthPlane& plane) noexcept {
   sample(work);
   if (size_ < 16) return false;
   const auto bound = static_cast<std::uint32_t>(size_);
@@ -179,7 +179,7 @@ bool PlaneSearch::find(const WorkingDepth& work, double min_extent_m, Rng& rng,
   for (int round = 0; round < kRounds; ++round) {
     if (!refine(plane)) return false;
   }
-  plane.share = static_cast<double>(support(plane)) / static_cast<double>(size_);
+  plane.share = labelled_share * static_cast<double>(support(plane)) / static_cast<double>(size_);
   if (plane.share < params_.min_share) return false;
   if (min_extent_m > 0.0 && extent_m(plane, work.intrinsics) < min_extent_m) return false;
   to_metric(work.intrinsics, plane);

@@ -19,12 +19,12 @@ struct DepthPlane {
   double a = 0.0, b = 0.0, c = 0.0;  ///< 1/m per pixel, 1/m per pixel, 1/m
   Vec3d normal = Vec3d::Zero();      ///< unit, toward the camera
   double offset_m = 0.0;             ///< n·p + offset = 0; the camera's distance from the plane
-  double share = 0.0;                ///< of the searched pixels that lie on it
+  double share = 0.0;                ///< of all readings that lie on it
 };
 
 struct PlaneSearchParams {
   int trials = 256;
-  double min_share = 0.20;       ///< of the labelled pixels that must lie on it
+  double min_share = 0.20;       ///< of all readings that must lie on it
   double sigmas = 3.0;           ///< half thickness in depth noise
   double sigma_1m_m = 0.001425;  ///< axial noise at 1 m, growing with z²
 };
@@ -41,8 +41,10 @@ class PlaneSearch {
   explicit PlaneSearch(const PlaneSearchParams& params) noexcept : params_(params) {}
 
   void reserve(Arena& arena);
-  /// False when no plane has min_share of the labelled pixels and `min_extent_m` both ways.
-  bool find(const WorkingDepth& work, double min_extent_m, Rng& rng, DepthPlane& plane) noexcept;
+  /// Searches the labelled pixels, which are `labelled_share` of the readings that min_share refers
+  /// to. False when no plane has that share and `min_extent_m` both ways.
+  bool find(const WorkingDepth& work, double labelled_share, double min_extent_m, Rng& rng,
+            DepthPlane& plane) noexcept;
 
  private:
   void sample(const WorkingDepth& work) noexcept;
