@@ -255,7 +255,7 @@ void Controller::start_config(ConfigAction action, const PlcCommand& command) no
   config_request_.preset = command.preset_id;
   pending_ = Pending::Config;
   exchange_->config.request.publish(config_request_);
-  exchange_->housekeeping.notify();
+  exchange_->config_wake.notify();
 }
 
 void Controller::on_heartbeat_lost(bool lost) noexcept {

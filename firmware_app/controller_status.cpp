@@ -162,7 +162,7 @@ std::uint16_t Controller::flags() const noexcept {
   set(kFlagError, health.started && fault);
   set(kFlagWarning, warning() != Code::Ok || is_error(config_notice_) || is_error(config.state));
   set(kFlagSensorOk, sensor_ok());
-  set(kFlagCalibOk, config.calibrated);
+  set(kFlagCalibOk, config.calibrated && !health.foreign_sensor);
   set(kFlagPresetOk, preset_ok);
   set(kFlagReplay, !health.live);
   set(kFlagHeartbeatLost, heartbeat_lost_);
@@ -196,6 +196,8 @@ void Controller::fill_status_code(PlcStatus& status) const noexcept {
   } else if (is_error(config.state)) {
     status.status_code = config.state;
     status.status_detail = config.state_detail;
+  } else if (config.calibrated && health.foreign_sensor) {
+    status.status_code = Code::CalibrationOtherSensor;
   } else if (warning() != Code::Ok) {
     status.status_code = warning();
   } else {

@@ -9,6 +9,7 @@
 #include "base/geometry.h"
 #include "base/mailbox.h"
 #include "base/signal.h"
+#include "firmware_app/wakeup.h"
 #include "hal/plc.h"
 
 namespace grapnel {
@@ -72,6 +73,8 @@ struct JobExchange {
   std::array<std::atomic<bool>, 2> cancel{};  ///< index = job number % 2
   std::atomic<std::uint32_t> finished{0};     ///< number of the last job that left the thread
   std::atomic<JobPhase> phase{JobPhase::Idle};
+  /// The calibration belongs to another camera: poses stay in the camera frame.
+  std::atomic<bool> foreign_sensor{false};
 
   [[nodiscard]] std::atomic<bool>& cancel_of(std::uint32_t number) noexcept {
     return cancel[number % 2];
@@ -112,6 +115,7 @@ struct Health {
   std::uint16_t heartbeat = 0;
   Code sensor = Code::SensorOpening;
   bool live = true;
+  bool foreign_sensor = false;    ///< the calibration belongs to another camera
   bool realtime_missing = false;  ///< memory not locked or priority not granted
   std::uint32_t frames = 0;
   std::uint32_t dropped_frames = 0;
@@ -127,7 +131,7 @@ struct Exchange {
   JobExchange job;
   ConfigExchange config;
   Latest<Health> health;
-  Signal housekeeping;  ///< wakes housekeeping
+  Wakeup config_wake;  ///< wakes the config thread
 };
 
 }  // namespace grapnel

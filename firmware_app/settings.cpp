@@ -141,9 +141,16 @@ void read_belt(ConfigReader& root, BeltSettings& belt) {
 }  // namespace
 
 std::vector<SettingsSection> settings_sections() {
-  return {{"", kGeneral},      {"presets", kPresets},   {"capture", kCapture},
-          {"belt", kBelt},     {"roi", kRoi},           {"calibration", kCalibration},
-          {"memory", kMemory}, {"realtime", kRealtime}, {"state", kState}};
+  return {{"", kGeneral},
+          {"presets", kPresets},
+          {"capture", kCapture},
+          {"belt", kBelt},
+          {"roi", kRoi},
+          {"calibration", kCalibration},
+          {"fieldbus", modbus_fields()},
+          {"memory", kMemory},
+          {"realtime", kRealtime},
+          {"state", kState}};
 }
 
 std::filesystem::path Settings::state_folder() const {
@@ -177,7 +184,7 @@ Settings read_settings(const ConfigTable& root, const std::filesystem::path& fil
   reader.require("camera");
   settings.camera = *reader.take_table("camera");
   ConfigReader(settings.camera).require("driver");
-  if (const ConfigTable* fieldbus = reader.take_table("fieldbus")) settings.fieldbus = *fieldbus;
+  read_section(reader, "fieldbus", modbus_fields(), &settings.fieldbus);
   reader.finish();
   return settings;
 }

@@ -9,6 +9,7 @@
 #include "base/config.h"
 #include "base/field.h"
 #include "base/geometry.h"
+#include "drivers/modbus/modbus_config.h"
 
 namespace grapnel {
 
@@ -93,8 +94,8 @@ struct Settings {
   RealtimeSettings realtime;
   MemorySettings memory;
   StateSettings state;
-  ConfigTable camera;    ///< [camera], for the driver registry; key `driver` is present
-  ConfigTable fieldbus;  ///< [fieldbus], for the Modbus server
+  ConfigTable camera;  ///< [camera], for the driver registry; key `driver` is present
+  ModbusConfig fieldbus;
 
   [[nodiscard]] std::filesystem::path presets_folder() const { return base / presets.folder; }
   [[nodiscard]] std::filesystem::path models_folder() const { return base / presets.models; }

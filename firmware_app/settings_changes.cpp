@@ -52,7 +52,7 @@ FieldTable fields_of(std::string_view name) {
 
 std::string needs_restart(const Settings& running, const Settings& wanted) {
   if (!same_table(running.camera, wanted.camera)) return "camera";
-  if (!same_table(running.fieldbus, wanted.fieldbus)) return "fieldbus";
+  if (!same_fields(fields_of("fieldbus"), running.fieldbus, wanted.fieldbus)) return "fieldbus";
   if (!same_fields(fields_of("capture"), running.capture, wanted.capture)) return "capture";
   if (!same_fields(fields_of("realtime"), running.realtime, wanted.realtime)) return "realtime";
   if (!same_fields(fields_of("memory"), running.memory, wanted.memory)) return "memory";

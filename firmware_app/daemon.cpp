@@ -1,0 +1,396 @@
+#include "firmware_app/daemon.h"
+
+#include <poll.h>
+#include <sys/random.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "base/clock.h"
+#include "base/hash.h"
+#include "base/input_error.h"
+#include "drivers/modbus/modbus_server.h"
+#include "drivers/modbus/sockets.h"
+#include "drivers/registry.h"
+#include "firmware_app/camera_keeper.h"
+#include "firmware_app/config_keeper.h"
+#include "firmware_app/config_watch.h"
+#include "firmware_app/controller.h"
+#include "firmware_app/crash_record.h"
+#include "firmware_app/memory_plan.h"
+#include "firmware_app/notify.h"
+#include "firmware_app/registration_loop.h"
+
+namespace grapnel {
+namespace {
+
+constexpr std::int64_t kTickUs = 50'000;
+constexpr std::int64_t kBeatUs = 100'000;
+constexpr std::int64_t kStatusUs = 5'000'000;
+// A camera that opens within this time is there when the daemon says READY.
+constexpr std::int64_t kCameraStartUs = 5'000'000;
+
+std::uint16_t random_boot_id() {
+  std::uint16_t id = 0;
+  while (id == 0) {
+    if (getrandom(&id, sizeof id, 0) != sizeof id) return 1;
+  }
+  return id;
+}
+
+std::uint32_t build_hash() {
+  constexpr std::string_view kBuild = GRAPNEL_BUILD_ID;
+  return static_cast<std::uint32_t>(
+      hash_bytes(std::as_bytes(std::span(kBuild.data(), kBuild.size()))));
+}
+
+/// All parts of the running appliance, in the order in which they are made; the main thread is
+/// housekeeping.
+class Daemon {
+ public:
+  explicit Daemon(const DaemonOptions& options) : options_(options) {}
+
+  int run();
+
+ private:
+  void prepare_state();
+  void load();
+  void build();
+  void start_threads();
+  void stop_threads() noexcept;
+  void serve();
+  void tick(std::int64_t now_us);
+  void beat(std::int64_t now_us);
+  void announce_when_up(std::int64_t now_us);
+  void say_status(std::int64_t now_us);
+  void drain_log();
+  void save_background();
+  void run_config();
+  void on_field_bus_thread() noexcept;
+  void ask_for_rights();
+
+  DaemonOptions options_;
+  MonotonicClock clock_;
+  Journal journal_;
+  LogRing log_{clock_};
+  ServiceNotifier notifier_;
+  Exchange exchange_;
+  PresetSwitch presets_;
+  Supervisor supervisor_;
+  CrashReporter crash_;
+  ThreadAccount capture_account_;
+  ThreadAccount registration_account_;
+  ThreadAccount field_bus_account_;
+  FilePresetSource source_;
+  ControllerSetup setup_;
+
+  Settings settings_;  // as at start
+  std::filesystem::path state_folder_;
+  std::unique_ptr<MemoryBlock> preset_memory_;
+  std::unique_ptr<MemoryBlock> background_memory_;
+  Background background_;
+  std::unique_ptr<ConfigKeeper> keeper_;
+  std::unique_ptr<FramePool> pool_;
+  std::unique_ptr<CameraKeeper> camera_;
+  std::unique_ptr<JobExecutor> executor_;
+  std::unique_ptr<RegistrationLoop> registration_;
+  std::unique_ptr<Controller> controller_;
+  std::unique_ptr<ModbusServer> server_;
+  Thread field_bus_thread_;
+  Thread config_thread_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> reload_{false};
+
+  Health health_;
+  bool memory_locked_ = false;
+  std::int64_t started_us_ = 0;
+  std::int64_t next_beat_us_ = 0;
+  std::int64_t next_watchdog_us_ = 0;
+  std::int64_t next_status_us_ = 0;
+  Supervised told_silent_ = Supervised::kCount;
+};
+
+void Daemon::prepare_state() {
+  state_folder_ = settings_.state_folder();
+  std::error_code error;
+  std::filesystem::create_directories(state_folder_, error);
+  if (error) {
+    throw InputError("state.folder: " + state_folder_.string() + ": " + error.message());
+  }
+  setup_.boot_id = random_boot_id();
+  setup_.build_hash = build_hash();
+  setup_.auto_arm = settings_.general.auto_arm;
+  const std::optional<CrashRecord> left = crash_.open(state_folder_ / "crash.bin", build_hash());
+  if (left) {
+    journal_.write(LogLevel::Fault, crash_text(*left));
+    const bool watchdog = left->kind == CrashKind::Watchdog || left->signal == SIGABRT;
+    setup_.watchdog_restart = watchdog && left->kind != CrashKind::Assertion;
+    if (!setup_.watchdog_restart) setup_.fault = Code::InternalFault;
+  }
+  crash_.install();
+}
+
+/// Reads grapnel.toml, or what was last good.
+void Daemon::load() {
+  const ConfigKeeper::Reporter report = [this](bool refused, Code code, const std::string& line) {
+    std::string text = refused ? "configuration refused: " + line : line;
+    if (refused) text += " (" + std::to_string(static_cast<unsigned>(code)) + ")";
+    journal_.write(refused ? LogLevel::Warning : LogLevel::Info, text);
+  };
+  const ConfigKeeper::Start start{options_.config, options_.overrides};
+  settings_ = ConfigKeeper::settings_at_start(start);
+  prepare_state();
+  tune_heap();
+  preset_memory_ = std::make_unique<MemoryBlock>(2 * settings_.preset_budget_bytes());
+  ConfigKeeper::Parts parts{&exchange_, &source_, &presets_, report};
+  keeper_ = std::make_unique<ConfigKeeper>(std::move(parts), start, preset_memory_->span());
+  keeper_->start(state_folder_);
+}
+
+void Daemon::build() {
+  const CaptureSettings& capture = settings_.capture;
+  background_memory_ = std::make_unique<MemoryBlock>(background_bytes(settings_));
+  Arena arena(background_memory_->span());
+  background_.reserve(arena, capture.max_width, capture.max_height, settings_.belt.learn_frames);
+  const std::vector<double>& plane = settings_.belt.plane;
+  if (!plane.empty()) background_.set_plane({plane[0], plane[1], plane[2]}, plane[3]);
+  try {
+    if (background_.load(state_folder_ / "background.bin")) {
+      journal_.write(LogLevel::Info, "the taught belt is loaded");
+    }
+  } catch (const InputError& problem) {
+    journal_.write(LogLevel::Warning, problem.what());
+  }
+  pool_ = std::make_unique<FramePool>(static_cast<std::size_t>(capture.pool_frames),
+                                      capture.max_width, capture.max_height, capture.color);
+  const RealtimeSettings& realtime = settings_.realtime;
+  camera_ = std::make_unique<CameraKeeper>(
+      make_camera(settings_.camera, clock_),
+      CameraKeeper::Parts{pool_.get(), &supervisor_, &capture_account_, &journal_,
+                          &exchange_.job.foreign_sensor},
+      Scheduling{realtime.capture_priority, realtime.capture_cpu}, settings_.calibration.serial);
+  executor_ = std::make_unique<JobExecutor>(
+      ExecutorParts{&clock_, pool_.get(), &camera_->camera(), &background_, &exchange_.job,
+                    &supervisor_.progress(Supervised::Registration)},
+      capture, settings_.belt.learn_frames, settings_.roi.max_occupied_share);
+  registration_ = std::make_unique<RegistrationLoop>(
+      RegistrationLoop::Parts{executor_.get(), &exchange_.job, &presets_, &supervisor_,
+                              &registration_account_, &crash_},
+      Scheduling{realtime.registration_priority, realtime.registration_cpu});
+  controller_ = std::make_unique<Controller>(clock_, log_, exchange_, setup_);
+
+  ModbusOptions modbus;
+  modbus.identity.revision = version_text();
+  modbus.log = &log_;
+  modbus.inherited_listener = inherited_listener();
+  modbus.hooks.context = this;
+  modbus.hooks.thread_started = [](void* self) noexcept {
+    static_cast<Daemon*>(self)->on_field_bus_thread();
+  };
+  modbus.hooks.progress = [](void* context) noexcept {
+    auto* self = static_cast<Daemon*>(context);
+    self->supervisor_.progress(Supervised::FieldBus).fetch_add(1, std::memory_order_relaxed);
+    self->field_bus_account_.sample();
+  };
+  server_ = std::make_unique<ModbusServer>(settings_.fieldbus, *controller_, clock_, modbus);
+  if (!server_->open()) throw InputError(server_->problem());
+}
+
+void Daemon::on_field_bus_thread() noexcept {
+  name_this_thread("fieldbus");
+  touch_stack();
+  field_bus_account_.attach();
+}
+
+void Daemon::ask_for_rights() {
+  if (!settings_.realtime.lock_memory) return;
+  std::string why;
+  memory_locked_ = lock_memory(why);
+  if (!memory_locked_) journal_.write(LogLevel::Warning, why);
+}
+
+void Daemon::start_threads() {
+  bool started = registration_->start() && camera_->start();
+  started = started && field_bus_thread_.start(
+                           [](void* context) {
+                             auto* self = static_cast<Daemon*>(context);
+                             self->server_->run(self->stop_);
+                           },
+                           this);
+  started = started && config_thread_.start(
+                           [](void* self) { static_cast<Daemon*>(self)->run_config(); }, this);
+  if (!started) throw InputError("threads can't be started");
+  supervisor_.expect(Supervised::FieldBus, true);
+}
+
+void Daemon::stop_threads() noexcept {
+  stop_.store(true, std::memory_order_release);
+  if (server_) server_->wake();
+  exchange_.config_wake.notify();
+  field_bus_thread_.join();
+  config_thread_.join();
+  if (registration_) registration_->stop();
+  if (camera_) camera_->stop();
+}
+
+void Daemon::run_config() {
+  name_this_thread("config");
+  ConfigWatch watch;
+  const bool watched =
+      watch.watch_file(options_.config) && watch.watch_folder(settings_.presets_folder());
+  if (!watched) {
+    journal_.write(LogLevel::Warning,
+                   "configuration files can't be watched; command 42 reloads them");
+  }
+  while (!stop_.load(std::memory_order_acquire)) {
+    pollfd waits[2] = {{watch.descriptor(), POLLIN, 0},
+                       {exchange_.config_wake.descriptor(), POLLIN, 0}};
+    constexpr int kSwitchingMs = 2;
+    constexpr int kIdleMs = 100;
+    ::poll(waits, 2, keeper_->switching() ? kSwitchingMs : kIdleMs);
+    exchange_.config_wake.clear();
+    const bool asked = reload_.exchange(false);
+    keeper_->step(watch.changed(clock_.now_us()) || asked);
+  }
+}
+
+void Daemon::drain_log() {
+  LogEvent event;
+  while (log_.pop(event)) {
+    crash_.history().add(event);
+    journal_.write(event);
+  }
+}
+
+void Daemon::save_background() {
+  try {
+    background_.save_if_learned(state_folder_ / "background.bin");
+  } catch (const InputError& problem) {
+    journal_.write(LogLevel::Warning, problem.what());
+  }
+}
+
+void Daemon::beat(std::int64_t now_us) {
+  const bool alive = supervisor_.alive(now_us);
+  crash_.set_stalled(!alive);
+  if (alive) ++health_.heartbeat;
+  if (supervisor_.silent() != told_silent_) {
+    told_silent_ = supervisor_.silent();
+    static constexpr const char* kNames[] = {"capture", "registration", "field bus"};
+    if (!alive) {
+      journal_.write(LogLevel::Fault, std::string("the ") +
+                                          kNames[static_cast<std::size_t>(told_silent_)] +
+                                          " thread makes no progress");
+    }
+  }
+  const std::int64_t watchdog_us = notifier_.watchdog_interval_us();
+  if (alive && watchdog_us > 0 && now_us >= next_watchdog_us_) {
+    notifier_.send("WATCHDOG=1");
+    next_watchdog_us_ = now_us + watchdog_us / 4;
+  }
+  const CameraCounters counters = camera_->camera().status().counters;
+  health_.sensor = camera_->code();
+  health_.live = camera_->live();
+  health_.foreign_sensor = exchange_.job.foreign_sensor.load(std::memory_order_relaxed);
+  health_.realtime_missing = (settings_.realtime.lock_memory && !memory_locked_) ||
+                             camera_->scheduling_refused() || registration_->scheduling_refused();
+  health_.frames = static_cast<std::uint32_t>(counters.frames);
+  health_.dropped_frames = static_cast<std::uint32_t>(counters.dropped + pool_->dropped());
+  health_.lost_packets = static_cast<std::uint32_t>(counters.lost_packets);
+  health_.reconnects = static_cast<std::uint32_t>(counters.reconnects);
+  health_.serial_hash = camera_->serial_hash();
+  health_.heap_calls = capture_account_.heap_calls() + registration_account_.heap_calls() +
+                       field_bus_account_.heap_calls();
+  health_.page_faults = capture_account_.page_faults() + registration_account_.page_faults() +
+                        field_bus_account_.page_faults();
+  exchange_.health.publish(health_);
+}
+
+void Daemon::announce_when_up(std::int64_t now_us) {
+  if (health_.started) return;
+  const bool camera_up = camera_->code() == Code::SensorHealthy && pool_->published() > 0;
+  if (!camera_up && now_us < started_us_ + kCameraStartUs) return;
+  health_.started = true;
+  for (ThreadAccount* account : {&capture_account_, &registration_account_, &field_bus_account_}) {
+    account->restart();
+  }
+  notifier_.send("READY=1");
+  journal_.write(LogLevel::Info, "ready, Modbus port " + std::to_string(server_->port()) +
+                                     ", SIMD target " + Registrar::simd_target());
+}
+
+void Daemon::say_status(std::int64_t now_us) {
+  if (now_us < next_status_us_) return;
+  next_status_us_ = now_us + kStatusUs;
+  notifier_.send("STATUS=camera " + std::string(describe(health_.sensor).text) + ", " +
+                 std::to_string(health_.frames) + " frames, " +
+                 std::to_string(exchange_.job.finished.load()) + " jobs");
+}
+
+void Daemon::tick(std::int64_t now_us) {
+  drain_log();
+  save_background();
+  if (now_us < next_beat_us_) return;
+  next_beat_us_ = now_us + kBeatUs;
+  announce_when_up(now_us);
+  beat(now_us);
+  say_status(now_us);
+}
+
+void Daemon::serve() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
+  started_us_ = clock_.now_us();
+  for (;;) {
+    tick(clock_.now_us());
+    const timespec wait{0, kTickUs * 1000};
+    const int signal = sigtimedwait(&signals, nullptr, &wait);
+    if (signal == SIGTERM || signal == SIGINT) break;
+    if (signal == SIGHUP) {
+      reload_.store(true);
+      exchange_.config_wake.notify();
+    }
+  }
+  notifier_.send("STOPPING=1");
+}
+
+int Daemon::run() {
+  // Before any thread exists, so that all inherit the mask and housekeeping alone receives.
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  name_this_thread("housekeeping");
+  load();
+  build();
+  ask_for_rights();
+  try {
+    start_threads();
+    serve();
+  } catch (...) {
+    stop_threads();
+    throw;
+  }
+  stop_threads();
+  drain_log();
+  save_background();
+  journal_.write(LogLevel::Info, "stopped");
+  return 0;
+}
+
+}  // namespace
+
+const char* version_text() noexcept { return GRAPNEL_VERSION; }
+
+int run_daemon(const DaemonOptions& options) { return Daemon(options).run(); }
+
+}  // namespace grapnel

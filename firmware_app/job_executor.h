@@ -1,0 +1,83 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "base/clock.h"
+#include "firmware_app/background.h"
+#include "firmware_app/job.h"
+#include "firmware_app/job_runner.h"
+#include "firmware_app/settings.h"
+#include "hal/camera.h"
+#include "hal/frame_pool.h"
+
+namespace grapnel {
+
+/// What the executor works with; all of it outlives the executor.
+struct ExecutorParts {
+  const Clock* clock = nullptr;
+  FramePool* pool = nullptr;
+  const Camera* camera = nullptr;
+  Background* background = nullptr;
+  JobExchange* exchange = nullptr;
+  std::atomic<std::uint64_t>* progress = nullptr;  ///< counted up while the thread is alive
+};
+
+/// Carries one job out: chooses the frame by the trigger's time, runs the pipeline, turns reports
+/// into an answer. Runs on the registration thread; allocates nothing.
+class JobExecutor {
+ public:
+  JobExecutor(const ExecutorParts& parts, const CaptureSettings& capture, int learn_frames,
+              double max_occupied_share);
+
+  /// At a job's boundary. `preset` may be nullptr: jobs then answer PresetMissing.
+  void use(ActivePreset* preset) noexcept { preset_ = preset; }
+  void execute(const JobRequest& request, JobOutcome& outcome) noexcept;
+
+ private:
+  /// Counts each look at the clock as a sign of life: the pipeline looks at every stage boundary.
+  class WatchedClock final : public Clock {
+   public:
+    WatchedClock(const Clock& clock, std::atomic<std::uint64_t>& progress) noexcept
+        : clock_(&clock), progress_(&progress) {}
+    [[nodiscard]] std::int64_t now_us() const noexcept override {
+      progress_->fetch_add(1, std::memory_order_relaxed);
+      return clock_->now_us();
+    }
+    void sleep_until_us(std::int64_t until_us) const noexcept override {
+      clock_->sleep_until_us(until_us);
+    }
+
+   private:
+    const Clock* clock_;
+    std::atomic<std::uint64_t>* progress_;
+  };
+
+  void run_register(const JobRequest& request, JobOutcome& outcome) noexcept;
+  [[nodiscard]] Code attempt(const JobRequest& request, const FrameLease& lease,
+                             std::uint16_t extra_quality, JobOutcome& outcome) noexcept;
+  void run_capture(const JobRequest& request, JobOutcome& outcome) noexcept;
+  void run_learn(const JobRequest& request, JobOutcome& outcome) noexcept;
+  void run_check_empty(const JobRequest& request, JobOutcome& outcome) noexcept;
+
+  /// The frame of the job: the last capture, or the chosen one exposed from `not_before_us` on.
+  [[nodiscard]] Result<FrameLease> await_frame(const JobRequest& request,
+                                               std::int64_t not_before_us) noexcept;
+  [[nodiscard]] Code judge_frame(const DepthFrame& frame) const noexcept;
+  [[nodiscard]] std::int64_t first_exposure_us(const JobRequest& request) const noexcept;
+  [[nodiscard]] JobContext context_of(const JobRequest& request, const DepthFrame& frame) noexcept;
+  void note_frame(const JobRequest& request, const DepthFrame& frame, JobOutcome& outcome) noexcept;
+  void keep(FrameLease lease) noexcept { last_capture_ = std::move(lease); }
+
+  ExecutorParts parts_;
+  WatchedClock clock_;
+  CaptureSettings capture_;
+  int learn_frames_;
+  double max_occupied_share_;
+  ActivePreset* preset_ = nullptr;
+  FrameLease last_capture_;
+  std::int64_t frame_at_us_ = 0;  // when the job's frame was in hand
+  std::int64_t mid_exposure_us_ = 0;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,113 @@
+#include "firmware_app/preset_source.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/registrar.h"
+
+namespace grapnel {
+namespace {
+
+/// The registrar as jobs see it.
+class RegistrarRunner final : public JobRunner {
+ public:
+  explicit RegistrarRunner(std::unique_ptr<Registrar> registrar)
+      : registrar_(std::move(registrar)) {}
+  Result<RegistrationReports> run(const DepthFrame& frame,
+                                  const JobContext& context) noexcept override {
+    return registrar_->run(frame, context);
+  }
+  Result<double> occupied_share(const DepthFrame& frame,
+                                const JobContext& context) noexcept override {
+    return registrar_->occupied_share(frame, context);
+  }
+
+ private:
+  std::unique_ptr<Registrar> registrar_;
+};
+
+std::size_t required_bytes_of(const Preset& preset) {
+  try {
+    return Registrar::required_bytes(preset);
+  } catch (const InputError& problem) {
+    throw ConfigProblem(Code::PresetInvalid, problem.what());
+  }
+}
+
+void check_budget(const Preset& preset, std::size_t needed, std::size_t budget) {
+  if (needed <= budget) return;
+  throw ConfigProblem(Code::OverMemoryBudget,
+                      preset.file.string() + ": needs " + std::to_string(needed) +
+                          " bytes, the budget of one preset is " + std::to_string(budget) +
+                          " (half of memory.budget_mb)");
+}
+
+}  // namespace
+
+Preset read_preset(const Settings& settings, std::uint16_t number) {
+  std::filesystem::path file;
+  try {
+    file = find_preset(settings.presets_folder(), number);
+  } catch (const InputError& problem) {
+    throw ConfigProblem(Code::PresetMissing, problem.what());
+  }
+  try {
+    Preset preset = load_preset(file, settings.models_folder(), settings.roi.overrides);
+    if (preset.models.size() > kMaxModels) {
+      throw InputError(file.string() + ": " + std::to_string(preset.models.size()) +
+                       " models; at most " + std::to_string(kMaxModels) + " are allowed");
+    }
+    return preset;
+  } catch (const InputError& problem) {
+    throw ConfigProblem(Code::PresetInvalid, problem.what());
+  }
+}
+
+JobProfile profile_of(const Preset& preset, const Settings& settings) {
+  JobProfile profile;
+  profile.preset.number = preset.number;
+  profile.preset.rev = preset.fingerprint;
+  profile.preset.timeout_ms = preset.timeout_ms;
+  profile.pose_format = preset.pose_format;
+  profile.retries = preset.retries;
+  profile.calibrated = settings.calibrated();
+  profile.robot_from_camera = settings.robot_from_camera();
+  for (const Model& model : preset.models) {
+    ModelProfile row;
+    row.id = model.id;
+    if (!model.grasps.empty()) {
+      row.grasp_id = model.grasps.front().id;
+      row.model_from_grasp = model.grasps.front().model_from_grasp;
+    }
+    profile.models.push_back(row);
+    profile.preset.model_ids.push_back(model.id);
+  }
+  return profile;
+}
+
+std::unique_ptr<ActivePreset> FilePresetSource::load(const Settings& settings, std::uint16_t number,
+                                                     std::span<std::byte> memory) {
+  Preset preset = read_preset(settings, number);
+  if (preset.models.empty()) {
+    throw ConfigProblem(Code::PresetInvalid,
+                        preset.file.string() + ": no model; the daemon needs at least one");
+  }
+  check_budget(preset, required_bytes_of(preset), memory.size());
+  auto active = std::make_unique<ActivePreset>();
+  active->profile = profile_of(preset, settings);
+  try {
+    active->runner =
+        std::make_unique<RegistrarRunner>(Registrar::create(std::move(preset), memory));
+  } catch (const InputError& problem) {
+    throw ConfigProblem(Code::PresetInvalid, problem.what());
+  }
+  return active;
+}
+
+void FilePresetSource::check(const Settings& settings, std::uint16_t number, std::size_t bytes) {
+  const Preset preset = read_preset(settings, number);
+  check_budget(preset, required_bytes_of(preset), bytes);
+}
+
+}  // namespace grapnel
