@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <stdexcept>
 #include <utility>
@@ -79,6 +80,7 @@ void RawClient::shut_sending() { shutdown(socket_, SHUT_WR); }
 
 std::size_t RawClient::send(const Bytes& bytes) {
   const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  if (sent < 0 && errno != EAGAIN) closed_ = true;
   return sent > 0 ? static_cast<std::size_t>(sent) : 0;
 }
 
