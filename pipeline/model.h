@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/cloud.h"
 #include "base/geometry.h"
 #include "pipeline/surface.h"
 
@@ -31,10 +32,16 @@ struct Model {
   Symmetry symmetry = Symmetry::None;
   std::vector<Grasp> grasps;  ///< at least one
   double diameter_m = 0.0;    ///< of the bounding box
+  double spacing_m = 0.0;     ///< mean distance of a point to its nearest neighbour
   std::uint64_t hash = 0;     ///< of the file's bytes
 
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
 };
+
+/// A model from a cloud in memory: points in `unit_m` metres, no symmetry, one grasp at its origin.
+/// Throws InputError.
+[[nodiscard]] Model model_from_cloud(const CloudData& cloud, const std::string& name,
+                                     double unit_m = 1.0);
 
 /// Reads NAME.ply or .pcd and, where it exists, NAME.toml beside it. Normals are computed where
 /// absent, outward from the cloud's centre. Throws InputError.

@@ -40,6 +40,8 @@ struct MemoryItem {
   std::size_t bytes = 0;
 };
 
+struct RegistrarState;
+
 /// Depth in, pose out. All memory is one arena, carved at create(); run() allocates nothing and
 /// gives the same bits for the same frame, preset and context on every machine. Not thread-safe:
 /// one thread at a time.
@@ -84,9 +86,8 @@ class Registrar {
   static bool force_simd_target(const std::string& name) noexcept;
 
  private:
-  struct State;
-  explicit Registrar(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit Registrar(std::unique_ptr<RegistrarState> state);
+  std::unique_ptr<RegistrarState> state_;
 };
 
 }  // namespace grapnel

@@ -1,0 +1,53 @@
+#include "pipeline/coarse/ransac.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/math.h"
+#include "pipeline/coarse/hypothesis_list.h"
+#include "pipeline/coarse/triples.h"
+
+namespace grapnel {
+
+FieldTable ransac_fields() noexcept {
+  using P = RansacParams;
+  static constexpr std::array kFields = {
+      number_field<&P::draws>("draws", "", 0, 10000000, "triples of pairs tried; 0 = off"),
+      number_field<&P::ratings>("ratings", "", 1, 1000000, "poses rated at the most"),
+      number_field<&P::quick_samples>("quick_samples", "", 16, 4096, "samples of the first rating"),
+      number_field<&P::min_edge_ratio>("min_edge_ratio", "", 0.1, 1.0,
+                                       "shorter over longer of two corresponding edges"),
+      number_field<&P::min_extent_share>("min_extent_share", "", 0.0, 1.0,
+                                         "shortest edge of a triple, share of the extent"),
+      number_field<&P::max_normal_angle_rad>("max_normal_angle_rad", "rad", 0.05, 3.2,
+                                             "partners' normals differ by at most this"),
+  };
+  return kFields;
+}
+
+Status Ransac::generate(const PairView& pair, const Correspondences& correspondences,
+                        const PoseScore& score, Rng& rng, Hypotheses& hypotheses) noexcept {
+  if (correspondences.size() < 3) {
+    return Error{Code::TooFewCorrespondences, Stage::Coarse,
+                 static_cast<std::int32_t>(correspondences.size())};
+  }
+  TripleCheck check;
+  check.min_edge_m = params_.min_extent_share * extent_m(*pair.source, pair.source_keypoints);
+  check.min_edge_ratio = params_.min_edge_ratio;
+  check.cos_normal = math::cos(params_.max_normal_angle_rad);
+  std::size_t rated = 0;
+  for (std::size_t draw = 0; draw < params_.draws && rated < params_.ratings; ++draw) {
+    Hypothesis hypothesis;
+    if (!draw_pose(pair, correspondences, check, rng, hypothesis.target_from_source)) continue;
+    ++rated;
+    const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : -1e9;
+    // A quick rating scatters by about a tenth.
+    if (score(hypothesis.target_from_source, params_.quick_samples) < weakest - 0.15) continue;
+    hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
+    keep_best(hypotheses, hypothesis);
+  }
+  if (rated == 0) return Error{Code::NoConsensus, Stage::Coarse, 0};
+  return {};
+}
+
+}  // namespace grapnel

@@ -1,0 +1,136 @@
+#include "pipeline/coarse/view_templates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "base/math.h"
+#include "pipeline/coarse/hypothesis_list.h"
+
+namespace grapnel {
+namespace {
+
+constexpr int kRaster = 64;
+constexpr float kCosGrazing = 0.17F;
+
+/// Two unit vectors that complete `axis` to a right-handed frame (axis, first, second).
+std::array<Vec3d, 2> across(const Vec3d& axis) noexcept {
+  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
+  const Vec3d first = other.cross(axis).normalized();
+  return {first, axis.cross(first)};
+}
+
+/// The i-th of n directions, evenly spread: a Fibonacci spiral on the sphere.
+Vec3d direction(std::size_t i, std::size_t n) noexcept {
+  constexpr double kGoldenAngle = 2.39996322972865332;
+  const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(n);
+  const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
+  const double angle = kGoldenAngle * static_cast<double>(i);
+  return {radius * math::cos(angle), radius * math::sin(angle), z};
+}
+
+/// Seen from far along `toward`: the visible points' middle and projected area.
+ViewTemplate see(const Surface& model, const Vec3d& toward, std::vector<float>& raster) {
+  const std::array<Vec3d, 2> axes = across(toward);
+  const Vec3f e1 = axes[0].cast<float>();
+  const Vec3f e2 = axes[1].cast<float>();
+  const Vec3f view = toward.cast<float>();
+  float low_a = 1e30F;
+  float low_b = 1e30F;
+  float high = -1e30F;
+  for (std::size_t i = 0; i < model.size; ++i) {
+    const Vec3f p = model.point(i);
+    low_a = std::min(low_a, e1.dot(p));
+    low_b = std::min(low_b, e2.dot(p));
+  }
+  for (std::size_t i = 0; i < model.size; ++i) {
+    const Vec3f p = model.point(i);
+    high = std::max({high, e1.dot(p) - low_a, e2.dot(p) - low_b});
+  }
+  const float cell = std::max(high / (kRaster - 1), 1.5F * static_cast<float>(model.spacing_m));
+  const auto place = [&](const Vec3f& p) {
+    const int a = static_cast<int>((e1.dot(p) - low_a) / cell);
+    const int b = static_cast<int>((e2.dot(p) - low_b) / cell);
+    return static_cast<std::size_t>(b * kRaster + a);
+  };
+  std::fill(raster.begin(), raster.end(), -1e30F);
+  for (std::size_t i = 0; i < model.size; ++i) {
+    float& top = raster[place(model.point(i))];
+    top = std::max(top, view.dot(model.point(i)));
+  }
+  ViewTemplate result;
+  result.toward_camera = view;
+  double weight = 0.0;
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < model.size; ++i) {
+    const Vec3f p = model.point(i);
+    const float cosine = model.normal(i).dot(view);
+    // Within a cell a surface seen at this angle may rise by cell / tan.
+    if (cosine < kCosGrazing || view.dot(p) < raster[place(p)] - 2.0F * cell / cosine) continue;
+    weight += static_cast<double>(cosine);
+    sum += static_cast<double>(cosine) * p.cast<double>();
+  }
+  if (weight > 0.0) result.middle = (sum / weight).cast<float>();
+  result.visible_area_m2 = static_cast<float>(weight * model.spacing_m * model.spacing_m);
+  return result;
+}
+
+}  // namespace
+
+FieldTable view_template_fields() noexcept {
+  using P = ViewTemplateParams;
+  static constexpr std::array kFields = {
+      number_field<&P::views>("views", "", 0, 2000, "directions a model is tried from; 0 = off"),
+      number_field<&P::turns>("turns", "", 1, 180, "turns tried about each direction"),
+      number_field<&P::quick_samples>("quick_samples", "", 16, 4096, "samples of the first rating"),
+      number_field<&P::finalists>("finalists", "", 1, 4096, "poses rated again with all samples"),
+  };
+  return kFields;
+}
+
+void ViewTemplates::reserve(Arena& arena, const ViewTemplateParams& params) {
+  params_ = params;
+  views_ = arena.take<ViewTemplate>(params.views);
+  finalists_ = arena.take<Hypothesis>(params.finalists);
+}
+
+void ViewTemplates::build(const Surface& model, const ViewTemplateParams& params) {
+  params_ = params;
+  std::vector<float> raster(static_cast<std::size_t>(kRaster) * kRaster);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    views_[i] = see(model, direction(i, views_.size()), raster);
+  }
+}
+
+void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
+                            Hypotheses& hypotheses) noexcept {
+  const Vec3d toward_camera = -object_middle.normalized();
+  const std::array<Vec3d, 2> seen = across(toward_camera);
+  FixedList<Hypothesis> finalists(finalists_);
+  for (const ViewTemplate& view : views_) {
+    if (!(view.visible_area_m2 > 0.0F)) continue;
+    const Vec3d model_axis = view.toward_camera.cast<double>();
+    const std::array<Vec3d, 2> own = across(model_axis);
+    for (std::size_t turn = 0; turn < params_.turns; ++turn) {
+      const double angle =
+          2.0 * math::kPi * static_cast<double>(turn) / static_cast<double>(params_.turns);
+      const double c = math::cos(angle);
+      const double s = math::sin(angle);
+      Hypothesis hypothesis;
+      hypothesis.target_from_source.linear() = toward_camera * model_axis.transpose() +
+                                               (c * seen[0] + s * seen[1]) * own[0].transpose() +
+                                               (c * seen[1] - s * seen[0]) * own[1].transpose();
+      hypothesis.target_from_source.translation() =
+          object_middle - hypothesis.target_from_source.linear() * view.middle.cast<double>();
+      hypothesis.support = score(hypothesis.target_from_source, params_.quick_samples);
+      keep_best(finalists, hypothesis);
+    }
+  }
+  for (Hypothesis& hypothesis : finalists.span()) {
+    hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
+    keep_best(hypotheses, hypothesis);
+  }
+}
+
+}  // namespace grapnel

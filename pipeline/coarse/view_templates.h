@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/field.h"
+#include "pipeline/coarse/pose_score.h"
+#include "pipeline/features.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+struct ViewTemplateParams {
+  std::size_t views = 120;  ///< directions a model may be seen from
+  std::size_t turns = 20;   ///< about each of them
+  std::size_t quick_samples = 64;
+  std::size_t finalists = 160;  ///< rated again with every sample
+};
+[[nodiscard]] FieldTable view_template_fields() noexcept;
+
+/// How a model looks from one side: the middle of what is visible from there.
+struct ViewTemplate {
+  Vec3f toward_camera = Vec3f::Zero();  ///< unit, model frame
+  Vec3f middle = Vec3f::Zero();  ///< of the visible surface, each piece by its projected area
+  float visible_area_m2 = 0.0F;  ///< projected
+};
+
+/// Proposes poses without any feature: for each of a fixed set of views and turns the model is put
+/// where the middle of its visible surface meets the middle of the measured object. Works for
+/// plain shapes that stand alone; needs the object cut out.
+class ViewTemplates {
+ public:
+  void reserve(Arena& arena, const ViewTemplateParams& params);
+  /// Load time: takes memory from the heap for its own use. O(views × points).
+  void build(const Surface& model, const ViewTemplateParams& params);
+
+  /// Rates every view and turn against the object and adds the best to `hypotheses`, best first.
+  void propose(const Vec3d& object_middle, const PoseScore& score, Hypotheses& hypotheses) noexcept;
+
+  [[nodiscard]] std::span<const ViewTemplate> views() const noexcept { return views_; }
+
+ private:
+  std::span<ViewTemplate> views_;
+  std::span<Hypothesis> finalists_;
+  ViewTemplateParams params_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/depth_frame.h"
+#include "base/error.h"
+#include "base/rng.h"
+#include "pipeline/registrar_state.h"
+
+namespace grapnel {
+
+/// One job A on one frame: the pipeline's steps in their order. Lives as long as the job.
+class FrameJob {
+ public:
+  FrameJob(RegistrarState& state, const JobContext& context) noexcept;
+
+  Result<RegistrationReports> run(const DepthFrame& frame) noexcept;
+  /// An organised surface, by way of the depth image that it came from.
+  Result<RegistrationReports> run(const Surface& scene) noexcept;
+  Result<double> occupied_share(const DepthFrame& frame) noexcept;
+
+ private:
+  Status prepare(const DepthFrame& frame) noexcept;
+  Status find_objects(const DepthFrame& frame) noexcept;
+  Status describe(const DepthFrame& frame, const Component& component, std::uint8_t label) noexcept;
+  Status register_models(bool& reported) noexcept;
+  Status register_model(std::size_t model_i, RegistrationReport& report) noexcept;
+  void judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
+  void rank() noexcept;
+  [[nodiscard]] MeasuredObject measured() noexcept;
+
+  RegistrarState& s_;
+  const JobContext& context_;
+  RegistrationReports reports_;
+  JobWatch watch_;
+  Rng rng_;
+  DepthView view_;
+  Vec3d middle_ = Vec3d::Zero();
+};
+
+}  // namespace grapnel

@@ -1,0 +1,115 @@
+#include "pipeline/judge/depth_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/assert.h"
+
+namespace grapnel {
+namespace {
+
+// A step that neither eight sigma nor a surface tilted by 80 degrees over one pixel explains.
+constexpr float kStepSigmas = 8.0F;
+constexpr float kSteepest = 6.0F;
+
+constexpr std::int32_t kNone = -1;
+
+std::int32_t pack(int u, int v) noexcept { return v * 65536 + u; }
+
+bool is_edge(const DepthView& view, int u, int v, float metres_per_pixel_metre) noexcept {
+  const float z = view.z_m(u, v);
+  if (!(z > 0.0F) || view.background(u, v)) return false;
+  const float step_m = kStepSigmas * view.noise.sigma_m(z) + kSteepest * metres_per_pixel_metre * z;
+  constexpr std::array<std::array<int, 2>, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+  for (const auto& [du, dv] : kAround) {
+    const int nu = u + du;
+    const int nv = v + dv;
+    if (nu < 0 || nv < 0 || nu >= view.depth.width || nv >= view.depth.height) continue;
+    const float other = view.z_m(nu, nv);
+    if (!(other > 0.0F) || other > z + step_m || view.background(nu, nv)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::int32_t DepthView::working_point(int u, int v) const noexcept {
+  if (working == nullptr || !working->organised()) return -1;
+  const Intrinsics& grid = working->grid.intrinsics;
+  const int gu =
+      static_cast<int>(std::floor((u - intrinsics.cx) * (grid.fx / intrinsics.fx) + grid.cx + 0.5));
+  const int gv =
+      static_cast<int>(std::floor((v - intrinsics.cy) * (grid.fy / intrinsics.fy) + grid.cy + 0.5));
+  if (gu < 0 || gv < 0 || gu >= working->grid.width || gv >= working->grid.height) return -1;
+  return working->grid.point_of[static_cast<std::size_t>(gv * working->grid.width + gu)];
+}
+
+void EdgeMap::reserve(Arena& arena, std::size_t max_pixels) {
+  site_ = arena.take<std::int32_t>(max_pixels);
+}
+
+void EdgeMap::build(const DepthView& view) noexcept {
+  box_ = view.box;
+  GRAPNEL_ASSERT(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()) <=
+                 site_.size());
+  const auto per_pixel = static_cast<float>(1.0 / view.intrinsics.fx);
+  std::size_t i = 0;
+  for (int v = box_.v0; v < box_.v1; ++v) {
+    for (int u = box_.u0; u < box_.u1; ++u) {
+      site_[i++] = is_edge(view, u, v, per_pixel) ? pack(u, v) : kNone;
+    }
+  }
+  propagate();
+}
+
+void EdgeMap::propagate() noexcept {
+  const int width = box_.width();
+  const int height = box_.height();
+  const auto at = [&](int x, int y) -> std::int32_t& {
+    return site_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                 static_cast<std::size_t>(x)];
+  };
+  const auto square = [&](std::int32_t site, int x, int y) {
+    const int du = site % 65536 - (x + box_.u0);
+    const int dv = site / 65536 - (y + box_.v0);
+    return du * du + dv * dv;
+  };
+  const auto take = [&](int x, int y, int ox, int oy) {
+    if (x + ox < 0 || x + ox >= width || y + oy < 0 || y + oy >= height) return;
+    const std::int32_t site = at(x + ox, y + oy);
+    std::int32_t& own = at(x, y);
+    if (site != kNone && (own == kNone || square(site, x, y) < square(own, x, y))) own = site;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      take(x, y, -1, 0);
+      take(x, y, -1, -1);
+      take(x, y, 0, -1);
+      take(x, y, 1, -1);
+    }
+    for (int x = width - 1; x >= 0; --x) take(x, y, 1, 0);
+  }
+  for (int y = height - 1; y >= 0; --y) {
+    for (int x = width - 1; x >= 0; --x) {
+      take(x, y, 1, 0);
+      take(x, y, 1, 1);
+      take(x, y, 0, 1);
+      take(x, y, -1, 1);
+    }
+    for (int x = 0; x < width; ++x) take(x, y, -1, 0);
+  }
+}
+
+EdgeMap::Nearest EdgeMap::nearest(int u, int v) const noexcept {
+  if (!box_.contains(u, v)) return {};
+  const std::int32_t site =
+      site_[static_cast<std::size_t>(v - box_.v0) * static_cast<std::size_t>(box_.width()) +
+            static_cast<std::size_t>(u - box_.u0)];
+  if (site == kNone) return {};
+  const int eu = site % 65536;
+  const int ev = site / 65536;
+  return {eu, ev, (eu - u) * (eu - u) + (ev - v) * (ev - v), true};
+}
+
+}  // namespace grapnel

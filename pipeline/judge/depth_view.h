@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/geometry.h"
+#include "base/image.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// Rectangle of pixels, the upper bounds excluded.
+struct PixelBox {
+  int u0 = 0;
+  int v0 = 0;
+  int u1 = 0;
+  int v1 = 0;
+
+  [[nodiscard]] int width() const noexcept { return u1 - u0; }
+  [[nodiscard]] int height() const noexcept { return v1 - v0; }
+  [[nodiscard]] bool contains(int u, int v) const noexcept {
+    return u >= u0 && v >= v0 && u < u1 && v < v1;
+  }
+};
+
+/// Random error of a depth reading: sigma = sigma_per_m2 · z² (Khoshelham and Elberink 2012), never
+/// below what the sampling itself can tell.
+struct DepthNoise {
+  float sigma_per_m2 = 1.425e-3F;
+  float floor_m = 0.0F;
+
+  [[nodiscard]] float sigma_m(float z_m) const noexcept {
+    const float sigma = sigma_per_m2 * z_m * z_m;
+    return sigma > floor_m ? sigma : floor_m;
+  }
+};
+
+/// What a camera saw, for tests by projection: depth, which pixels belong to which object, and the
+/// object's working surface for its normals. Owns nothing.
+struct DepthView {
+  Intrinsics intrinsics;
+  ImageView<const std::uint16_t> depth;  ///< counts, 0 = no reading
+  float metres_per_unit = 0.001F;
+  ImageView<const std::uint8_t> label;  ///< 0 = background; empty = all are foreground
+  std::uint8_t object = 0;              ///< label under test; 0 = any foreground
+  DepthNoise noise;
+  PixelBox box;                      ///< tests look no further than this
+  const Surface* working = nullptr;  ///< organised, same camera; its own (coarser) grid
+
+  [[nodiscard]] float z_m(int u, int v) const noexcept {
+    return metres_per_unit * static_cast<float>(depth.at(u, v));
+  }
+  [[nodiscard]] bool background(int u, int v) const noexcept {
+    return !label.empty() && label.at(u, v) == 0;
+  }
+  /// The pixel is of the object under test.
+  [[nodiscard]] bool of_object(int u, int v) const noexcept {
+    if (depth.at(u, v) == 0 || background(u, v)) return false;
+    return object == 0 || label.empty() || label.at(u, v) == object;
+  }
+  /// Point of the working surface at a pixel, -1 = none.
+  [[nodiscard]] std::int32_t working_point(int u, int v) const noexcept;
+};
+
+/// Depth edges of a view and, for every pixel of its box, the nearest of them.
+class EdgeMap {
+ public:
+  void reserve(Arena& arena, std::size_t max_pixels);
+
+  /// A pixel is an edge when it belongs to the foreground and a 4-neighbour does not, has no
+  /// reading, or lies behind it by more than the noise and a steep surface explain. Nearest edges
+  /// by the vector propagation of Danielsson 1980. O(pixels of the box).
+  void build(const DepthView& view) noexcept;
+
+  struct Nearest {
+    int u = 0;
+    int v = 0;
+    int square = 0;  ///< distance², px²
+    bool found = false;
+  };
+  [[nodiscard]] Nearest nearest(int u, int v) const noexcept;
+
+ private:
+  void propagate() noexcept;
+
+  PixelBox box_;
+  std::span<std::int32_t> site_;  // packed v * 65536 + u of the nearest edge, -1 = none yet
+};
+
+}  // namespace grapnel

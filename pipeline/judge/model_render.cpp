@@ -1,0 +1,129 @@
+#include "pipeline/judge/model_render.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/assert.h"
+
+namespace grapnel {
+namespace {
+
+// Surface seen flatter than 80 degrees is beyond what the sensor reads.
+constexpr float kCosGrazing = 0.17F;
+// A disc that just closes the gaps between neighbours on a square lattice: sqrt(1/2).
+constexpr float kDiscOfSpacing = 0.71F;
+constexpr float kMaxDiscPixels = 12.0F;
+
+}  // namespace
+
+void ModelRender::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_contour) {
+  z_ = arena.take<float>(max_pixels);
+  point_ = arena.take<std::int32_t>(max_pixels);
+  contour_ = FixedList<ContourPoint>(arena.take<ContourPoint>(max_contour));
+}
+
+void ModelRender::render(const Surface& model, const Pose& camera_from_model,
+                         const DepthView& view) noexcept {
+  box_ = view.box;
+  intrinsics_ = view.intrinsics;
+  const auto pixels =
+      static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height());
+  GRAPNEL_ASSERT(pixels <= z_.size());
+  std::fill_n(z_.begin(), pixels, 0.0F);
+  marked_ = {box_.u1, box_.v1, box_.u0, box_.v0};
+
+  const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
+  const Vec3f shift = camera_from_model.translation().cast<float>();
+  const float radius_m = kDiscOfSpacing * static_cast<float>(model.spacing_m);
+  for (std::size_t i = 0; i < model.size; ++i) {
+    const Vec3f x = rotation * model.point(i) + shift;
+    if (x.z() <= 1e-6F) continue;
+    const Vec3f normal = rotation * model.normal(i);
+    const float facing = -normal.dot(x);
+    if (facing <= 0.0F || facing * facing < kCosGrazing * kCosGrazing * x.squaredNorm()) continue;
+    splat(static_cast<std::int32_t>(i), x, normal, radius_m);
+  }
+  if (marked_.u1 <= marked_.u0) marked_ = {box_.u0, box_.v0, box_.u0, box_.v0};
+}
+
+void ModelRender::splat(std::int32_t i, const Vec3f& x, const Vec3f& normal,
+                        float radius_m) noexcept {
+  const auto fx = static_cast<float>(intrinsics_.fx);
+  const auto fy = static_cast<float>(intrinsics_.fy);
+  const auto cx = static_cast<float>(intrinsics_.cx);
+  const auto cy = static_cast<float>(intrinsics_.cy);
+  const float inverse_z = 1.0F / x.z();
+  const float uc = fx * x.x() * inverse_z + cx;
+  const float vc = fy * x.y() * inverse_z + cy;
+  if (!(uc > -1e5F && uc < 1e5F && vc > -1e5F && vc < 1e5F)) return;
+  const float reach = std::min(kMaxDiscPixels, radius_m * fx * inverse_z);
+  const int u0 = std::max(box_.u0, static_cast<int>(std::floor(uc - reach + 0.5F)));
+  const int u1 = std::min(box_.u1 - 1, static_cast<int>(std::floor(uc + reach + 0.5F)));
+  const int v0 = std::max(box_.v0, static_cast<int>(std::floor(vc - reach + 0.5F)));
+  const int v1 = std::min(box_.v1 - 1, static_cast<int>(std::floor(vc + reach + 0.5F)));
+  if (u0 > u1 || v0 > v1) return;
+  marked_.u0 = std::min(marked_.u0, u0);
+  marked_.v0 = std::min(marked_.v0, v0);
+  marked_.u1 = std::max(marked_.u1, u1 + 1);
+  marked_.v1 = std::max(marked_.v1, v1 + 1);
+
+  const float plane = normal.dot(x);
+  const float near_m = x.z() - 2.0F * radius_m;
+  const float far_m = x.z() + 2.0F * radius_m;
+  for (int v = v0; v <= v1; ++v) {
+    const float ray_y = (static_cast<float>(v) - cy) / fy;
+    for (int u = u0; u <= u1; ++u) {
+      const float ray_x = (static_cast<float>(u) - cx) / fx;
+      const float toward = normal.x() * ray_x + normal.y() * ray_y + normal.z();
+      // A steep disc is met far off by the ray, though its own edge is near the pixel.
+      const float z = toward < -1e-3F ? std::clamp(plane / toward, near_m, far_m) : x.z();
+      const std::size_t k = index(u, v);
+      if (z_[k] > 0.0F && z_[k] <= z) continue;
+      z_[k] = z;
+      point_[k] = i;
+    }
+  }
+}
+
+void ModelRender::find_contour(const Surface& model, const Pose& camera_from_model,
+                               const DepthView& view) noexcept {
+  contour_.clear();
+  const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
+  const Vec3f shift = camera_from_model.translation().cast<float>();
+  const auto fx = static_cast<float>(intrinsics_.fx);
+  const auto fy = static_cast<float>(intrinsics_.fy);
+  const auto covered = [&](int u, int v, float limit) {
+    return box_.contains(u, v) && z_[index(u, v)] > 0.0F && z_[index(u, v)] < limit;
+  };
+  for (int v = marked_.v0; v < marked_.v1; ++v) {
+    for (int u = marked_.u0; u < marked_.u1; ++u) {
+      const float z = z_[index(u, v)];
+      if (!(z > 0.0F)) continue;
+      const float behind =
+          z + 4.0F * static_cast<float>(model.spacing_m) + 8.0F * view.noise.sigma_m(z);
+      if (covered(u + 1, v, behind) && covered(u - 1, v, behind) && covered(u, v + 1, behind) &&
+          covered(u, v - 1, behind)) {
+        continue;
+      }
+      float out_u = 0.0F;
+      float out_v = 0.0F;
+      for (int dv = -3; dv <= 3; ++dv) {
+        for (int du = -3; du <= 3; ++du) {
+          if (covered(u + du, v + dv, behind)) continue;
+          out_u += static_cast<float>(du);
+          out_v += static_cast<float>(dv);
+        }
+      }
+      const float norm = std::sqrt(out_u * out_u + out_v * out_v);
+      if (norm < 1e-3F) continue;
+      const std::int32_t i = point_[index(u, v)];
+      const Vec3f x = rotation * model.point(static_cast<std::size_t>(i)) + shift;
+      const ContourPoint point{fx * x.x() / x.z() + static_cast<float>(intrinsics_.cx),
+                               fy * x.y() / x.z() + static_cast<float>(intrinsics_.cy),
+                               out_u / norm, out_v / norm, i};
+      if (!contour_.push_back(point)) return;
+    }
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "base/fixed_list.h"
+#include "pipeline/judge/depth_view.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// A point of the predicted outline.
+struct ContourPoint {
+  float u = 0.0F;  ///< projection of the model's point, px
+  float v = 0.0F;
+  float out_u = 0.0F;  ///< unit, out of the silhouette
+  float out_v = 0.0F;
+  std::int32_t point = 0;  ///< of the model
+};
+
+/// The depth image a camera would have of a model at a pose: points as small tangent discs into a
+/// z-buffer, which hides what the model itself hides.
+class ModelRender {
+ public:
+  void reserve(Arena& arena, std::size_t max_pixels, std::size_t max_contour);
+
+  /// Renders into the view's box. Only points whose normal faces the camera leave a mark.
+  /// O(points × disc).
+  void render(const Surface& model, const Pose& camera_from_model, const DepthView& view) noexcept;
+
+  /// Fills contour(): pixels beside which the model ends or falls away behind.
+  void find_contour(const Surface& model, const Pose& camera_from_model,
+                    const DepthView& view) noexcept;
+
+  /// Predicted depth, 0 = nothing. Precondition: the pixel lies in the box.
+  [[nodiscard]] float z_m(int u, int v) const noexcept { return z_[index(u, v)]; }
+  /// The model's point at a pixel; only where z_m() > 0.
+  [[nodiscard]] std::int32_t point(int u, int v) const noexcept { return point_[index(u, v)]; }
+  [[nodiscard]] std::span<const ContourPoint> contour() const noexcept { return contour_.span(); }
+  /// Pixels that hold a mark; empty (no width) when the model is out of view.
+  [[nodiscard]] const PixelBox& marked() const noexcept { return marked_; }
+  [[nodiscard]] std::size_t index(int u, int v) const noexcept {
+    return static_cast<std::size_t>(v - box_.v0) * static_cast<std::size_t>(box_.width()) +
+           static_cast<std::size_t>(u - box_.u0);
+  }
+
+ private:
+  void splat(std::int32_t i, const Vec3f& x, const Vec3f& normal, float radius_m) noexcept;
+
+  PixelBox box_;
+  PixelBox marked_;
+  Intrinsics intrinsics_;
+  std::span<float> z_;
+  std::span<std::int32_t> point_;
+  FixedList<ContourPoint> contour_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,112 @@
+#include "pipeline/judge/verdict.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+/// Collects failing checks; the quality is the tightest check's room.
+class Checks {
+ public:
+  explicit Checks(RegistrationReport& report) noexcept : report_(report) {}
+
+  void at_least(Code code, double measured, double limit, double perfect) noexcept {
+    if (!(measured >= limit)) report_.reasons.push_back({code, measured, limit});
+    note((measured - limit) / std::max(perfect - limit, 1e-9));
+  }
+  void at_most(Code code, double measured, double limit) noexcept {
+    if (!(measured <= limit)) report_.reasons.push_back({code, measured, limit});
+    note((limit - measured) / std::max(limit, 1e-9));
+  }
+  /// 0.5 on the limit of some check, 1 when all are perfect.
+  [[nodiscard]] double quality() const noexcept { return std::clamp(0.5 + 0.5 * room_, 0.0, 1.0); }
+
+ private:
+  void note(double room) noexcept { room_ = std::min(room_, std::isfinite(room) ? room : -1.0); }
+
+  RegistrationReport& report_;
+  double room_ = 1.0;
+};
+
+}  // namespace
+
+FieldTable verdict_fields() noexcept {
+  using P = VerdictParams;
+  static constexpr std::array kFields = {
+      number_field<&P::min_fitness>("min_fitness", "", 0.0, 1.0,
+                                    "matched share of the visible model"),
+      number_field<&P::min_area_m2>("min_area_m2", "m2", 0.0, 100.0,
+                                    "matched surface; 0 = a hundredth of the squared diameter"),
+      number_field<&P::max_rmse_ratio>("max_rmse_ratio", "", 0.05, 1.0,
+                                       "deviation of matched pixels, share of the tolerance"),
+      number_field<&P::max_seen_through>("max_seen_through", "", 0.0, 1.0,
+                                         "share of the visible model that the camera sees through"),
+      number_field<&P::max_hole_m2>(
+          "max_hole_m2", "m2", 0.0, 100.0,
+          "largest piece seen through; 0 = a five-hundredth of the squared diameter"),
+      number_field<&P::max_unknown>("max_unknown", "", 0.0, 1.0,
+                                    "share of the visible model without reading"),
+      number_field<&P::max_unexplained>("max_unexplained", "", 0.0, 10.0,
+                                        "object's surface the model leaves over"),
+      number_field<&P::min_explained>("min_explained", "", 0.0, 1.0,
+                                      "share of the whole measured object that is explained"),
+      number_field<&P::min_edge>("min_edge", "", 0.0, 1.0,
+                                 "share of the outline that meets a depth edge"),
+      number_field<&P::min_margin>("min_margin", "", 0.0, 1.0,
+                                   "distance to the second-best distinct pose"),
+      number_field<&P::max_sigma_m>("max_sigma_m", "m", 0.0, 1.0,
+                                    "predicted deviation, weakest required direction"),
+      number_field<&P::max_sigma_rad>("max_sigma_rad", "rad", 0.0, 1.0,
+                                      "predicted deviation, weakest required axis"),
+      number_field<&P::floor_m>("floor_m", "m", 0.0, 1.0, "match tolerance at least; 0 = auto"),
+      number_field<&P::max_belt_distance_m>("max_belt_distance_m", "m", 0.0, 10.0,
+                                            "part's lowest point from the belt; 0 = off"),
+  };
+  return kFields;
+}
+
+void pass_verdict(const Findings& findings, const VerdictParams& params,
+                  RegistrationReport& report) noexcept {
+  const Evidence& evidence = findings.evidence;
+  const double square_m2 = findings.diameter_m * findings.diameter_m;
+  const double min_area_m2 = params.min_area_m2 > 0.0 ? params.min_area_m2 : 0.01 * square_m2;
+  const double max_hole_m2 = params.max_hole_m2 > 0.0 ? params.max_hole_m2 : square_m2 / 500.0;
+  report.fitness = evidence.matched;
+  report.rmse_m = evidence.rmse_m;
+  report.coverage = evidence.coverage;
+  report.free_space_violation = evidence.seen_through;
+  report.occluded = evidence.occluded;
+  report.unknown = evidence.unknown;
+  report.margin = findings.margin;
+  report.sigma_m = findings.sigma_m;
+  report.sigma_rad = findings.sigma_rad;
+  report.reasons.clear();
+
+  Checks checks(report);
+  checks.at_least(Code::BelowFitness, evidence.matched, params.min_fitness, 1.0);
+  checks.at_least(Code::TooFewPoints, evidence.matched_area_m2, min_area_m2, 10.0 * min_area_m2);
+  checks.at_most(Code::FreeSpaceViolated, evidence.seen_through, params.max_seen_through);
+  if (evidence.hole_area_m2 > max_hole_m2 && evidence.seen_through <= params.max_seen_through) {
+    checks.at_most(Code::FreeSpaceViolated, evidence.hole_area_m2, max_hole_m2);
+  }
+  checks.at_most(Code::RefinementDiverged, evidence.rmse_m,
+                 params.max_rmse_ratio * findings.tolerance_m);
+  checks.at_most(Code::TooMuchUnknown, evidence.unknown, params.max_unknown);
+  checks.at_most(Code::UnexplainedForeground, evidence.unexplained, params.max_unexplained);
+  checks.at_most(Code::UnexplainedForeground, 1.0 - evidence.explained, 1.0 - params.min_explained);
+  checks.at_least(Code::ContourDisagrees, evidence.edge, params.min_edge, 1.0);
+  checks.at_least(Code::Ambiguous, findings.margin, params.min_margin, 1.0);
+  checks.at_most(Code::NotObservable, findings.sigma_m, params.max_sigma_m);
+  checks.at_most(Code::NotObservable, findings.sigma_rad, params.max_sigma_rad);
+  if (params.max_belt_distance_m > 0.0 && findings.has_belt) {
+    checks.at_most(Code::ImplausibleOnBelt, std::fabs(findings.belt_distance_m),
+                   params.max_belt_distance_m);
+  }
+  report.quality = checks.quality();
+  report.accepted = report.reasons.empty();
+  report.code = report.accepted ? Code::ObjectFound : report.reasons[0].code;
+}
+
+}  // namespace grapnel

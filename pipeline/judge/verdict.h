@@ -1,0 +1,46 @@
+#pragma once
+
+#include "base/field.h"
+#include "base/geometry.h"
+#include "pipeline/judge/verification.h"
+#include "pipeline/report.h"
+
+namespace grapnel {
+
+/// Limits of acceptance. Zero switches a check off where the help says so.
+struct VerdictParams {
+  double min_fitness = 0.70;
+  double min_area_m2 = 0.0;      ///< 0 = auto: a hundredth of the squared diameter
+  double max_rmse_ratio = 0.75;  ///< of the match tolerance
+  double max_seen_through = 0.03;
+  double max_hole_m2 = 0.0;  ///< 0 = auto: a five-hundredth of the squared diameter
+  double max_unknown = 0.25;
+  double max_unexplained = 0.15;
+  double min_explained = 0.0;  ///< of the whole measured object
+  double min_edge = 0.60;
+  double min_margin = 0.10;
+  double max_sigma_m = 0.002;
+  double max_sigma_rad = 0.0175;
+  double floor_m = 0.0;              ///< match tolerance at the least; 0 = auto
+  double max_belt_distance_m = 0.0;  ///< 0 = off
+};
+[[nodiscard]] FieldTable verdict_fields() noexcept;
+
+/// Everything the verdict rests on.
+struct Findings {
+  Evidence evidence;
+  double margin = 0.0;
+  double sigma_m = 0.0;
+  double sigma_rad = 0.0;
+  double diameter_m = 0.0;
+  double tolerance_m = 0.0;  ///< of a match, at the object's distance
+  bool has_belt = false;
+  double belt_distance_m = 0.0;  ///< of the part's lowest point, signed
+};
+
+/// Fills verdict, code, reasons, quality and the report's figures. Accepted only when every check
+/// passes.
+void pass_verdict(const Findings& findings, const VerdictParams& params,
+                  RegistrationReport& report) noexcept;
+
+}  // namespace grapnel

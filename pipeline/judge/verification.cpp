@@ -1,0 +1,212 @@
+#include "pipeline/judge/verification.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+constexpr float kSigmas = 3.0F;
+// Normals of a match differ by at most 35 degrees: 30 of the model, and the sensor's own noise.
+constexpr float kCosNormal = 0.82F;
+// Mixed pixels: this far from the predicted outline nothing is counted.
+constexpr int kRim = 2;
+// An outline pixel is met by a depth edge this near.
+constexpr int kEdgeReach = 3;
+// Beside the outline the object must have ended at this distance.
+constexpr float kBeside = 5.0F;
+
+float tolerance_m(const DepthView& view, float z_m, double floor_m) noexcept {
+  return std::max(kSigmas * view.noise.sigma_m(z_m), static_cast<float>(floor_m));
+}
+
+}  // namespace
+
+struct Verification::Sums {
+  std::array<std::uint32_t, 7> count{};
+  double area_m2 = 0.0;
+  double square_m2 = 0.0;
+  double chi_square = 0.0;
+  Mat3d normals = Mat3d::Zero();
+  std::uint32_t own_unmatched = 0;  ///< object's pixels inside the outline nearer than the model
+};
+
+double worth(const Evidence& evidence) noexcept {
+  return evidence.matched - 2.0 * evidence.seen_through - 0.5 * std::min(1.0, evidence.unexplained);
+}
+
+void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_model_points) {
+  kind_ = arena.take<Kind>(max_pixels);
+  stack_ = arena.take<std::int32_t>(max_pixels);
+  confirmed_ = arena.take<std::uint8_t>(max_model_points);
+}
+
+Verification::Kind Verification::classify(const Surface& model, const ModelRender& render,
+                                          const DepthView& view, int u, int v, double floor_m,
+                                          Sums& sums) noexcept {
+  const float predicted = render.z_m(u, v);
+  constexpr std::array<std::array<int, 2>, 4> kAround = {
+      {{kRim, 0}, {-kRim, 0}, {0, kRim}, {0, -kRim}}};
+  const float fall = 6.0F * static_cast<float>(model.spacing_m);
+  for (const auto& [du, dv] : kAround) {
+    if (!view.box.contains(u + du, v + dv)) return Kind::Rim;
+    const float other = render.z_m(u + du, v + dv);
+    if (!(other > 0.0F) || std::fabs(other - predicted) > fall) return Kind::Rim;
+  }
+  const float measured = view.z_m(u, v);
+  if (!(measured > 0.0F)) return Kind::Unknown;
+
+  const auto i = static_cast<std::size_t>(render.point(u, v));
+  const Vec3f normal = rotation_ * model.normal(i);
+  const Vec3f ray(static_cast<float>((u - view.intrinsics.cx) / view.intrinsics.fx),
+                  static_cast<float>((v - view.intrinsics.cy) / view.intrinsics.fy), 1.0F);
+  const float cosine = std::max(0.17F, -normal.dot(ray) / ray.norm());
+  // Measured point from the predicted one along the model's normal, positive behind the surface.
+  const float off = (measured - predicted) * ray.norm() * cosine;
+  const float limit = tolerance_m(view, predicted, floor_m);
+  const double footprint_m2 = static_cast<double>(predicted * predicted / cosine) /
+                              (view.intrinsics.fx * view.intrinsics.fy);
+  if (view.background(u, v)) {
+    // The ground touches the part: says nothing for it. Farther away it is free space.
+    return off > limit ? Kind::SeenThrough : (off < -limit ? Kind::Occluded : Kind::Support);
+  }
+  if (off > limit) return Kind::SeenThrough;
+  if (off < -limit) {
+    if (view.of_object(u, v)) ++sums.own_unmatched;
+    return Kind::Occluded;
+  }
+  const std::int32_t working = view.working_point(u, v);
+  if (working >= 0) {
+    const auto w = static_cast<std::size_t>(working);
+    if (view.working->has_normal(w) && view.working->normal(w).dot(normal) < kCosNormal) {
+      return Kind::Occluded;
+    }
+  }
+  const double sigma = static_cast<double>(view.noise.sigma_m(measured));
+  const auto residual = static_cast<double>(off);
+  sums.square_m2 += residual * residual;
+  sums.chi_square += residual * residual / (sigma * sigma);
+  sums.area_m2 += footprint_m2;
+  const Vec3d n = normal.cast<double>();
+  sums.normals += footprint_m2 * n * n.transpose();
+  confirmed_[i] = 1;
+  return Kind::Matched;
+}
+
+double Verification::largest_hole(const ModelRender& render, const DepthView& view) noexcept {
+  double largest_m2 = 0.0;
+  const PixelBox& box = render.marked();
+  for (int v = box.v0; v < box.v1; ++v) {
+    for (int u = box.u0; u < box.u1; ++u) {
+      if (kind_[render.index(u, v)] != Kind::SeenThrough) continue;
+      double area_m2 = 0.0;
+      std::size_t top = 0;
+      stack_[top++] = v * 65536 + u;
+      kind_[render.index(u, v)] = Kind::Outside;
+      while (top > 0) {
+        const std::int32_t pixel = stack_[--top];
+        const int pu = pixel % 65536;
+        const int pv = pixel / 65536;
+        const auto z = static_cast<double>(render.z_m(pu, pv));
+        area_m2 += z * z / (view.intrinsics.fx * view.intrinsics.fy);
+        constexpr std::array<std::array<int, 2>, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+        for (const auto& [du, dv] : kAround) {
+          if (!box.contains(pu + du, pv + dv)) continue;
+          Kind& kind = kind_[render.index(pu + du, pv + dv)];
+          if (kind != Kind::SeenThrough) continue;
+          kind = Kind::Outside;
+          stack_[top++] = (pv + dv) * 65536 + pu + du;
+        }
+      }
+      largest_m2 = std::max(largest_m2, area_m2);
+    }
+  }
+  return largest_m2;
+}
+
+void Verification::outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
+                           Evidence& evidence) const noexcept {
+  std::uint32_t known = 0;
+  std::uint32_t met = 0;
+  std::uint32_t runs_on = 0;
+  for (const ContourPoint& point : render.contour()) {
+    const int u = static_cast<int>(std::floor(point.u + 0.5F));
+    const int v = static_cast<int>(std::floor(point.v + 0.5F));
+    if (!view.box.contains(u, v)) continue;
+    const float predicted = render.z_m(u, v);
+    const float measured = view.z_m(u, v);
+    const float step =
+        predicted > 0.0F ? 8.0F * view.noise.sigma_m(predicted) + 0.01F * predicted : 0.0F;
+    // Hidden behind something nearer: the outline can't be seen there.
+    if (predicted > 0.0F && measured > 0.0F && measured < predicted - step) continue;
+    ++known;
+    const EdgeMap::Nearest edge = edges.nearest(u, v);
+    if (edge.found && edge.square <= kEdgeReach * kEdgeReach) {
+      ++met;
+      continue;
+    }
+    const int bu = static_cast<int>(std::floor(point.u + kBeside * point.out_u + 0.5F));
+    const int bv = static_cast<int>(std::floor(point.v + kBeside * point.out_v + 0.5F));
+    if (view.box.contains(bu, bv) && view.of_object(bu, bv) &&
+        std::fabs(view.z_m(bu, bv) - measured) < step) {
+      ++runs_on;
+    }
+  }
+  evidence.edge = known == 0 ? 0.0 : static_cast<double>(met) / static_cast<double>(known);
+  if (known > 0) evidence.unexplained += static_cast<double>(runs_on) / static_cast<double>(known);
+}
+
+Evidence Verification::verify(const Surface& model, const Pose& camera_from_model,
+                              const ModelRender& render, const DepthView& view,
+                              const EdgeMap& edges, double floor_m) noexcept {
+  Evidence evidence;
+  rotation_ = camera_from_model.linear().cast<float>();
+  shift_ = camera_from_model.translation().cast<float>();
+  std::fill_n(confirmed_.begin(), model.size, std::uint8_t{0});
+  Sums sums;
+  const PixelBox& box = render.marked();
+  for (int v = box.v0; v < box.v1; ++v) {
+    for (int u = box.u0; u < box.u1; ++u) {
+      Kind kind = Kind::Outside;
+      if (render.z_m(u, v) > 0.0F) {
+        kind = classify(model, render, view, u, v, floor_m, sums);
+      }
+      kind_[render.index(u, v)] = kind;
+      ++sums.count[static_cast<std::size_t>(kind)];
+    }
+  }
+  const auto count = [&](Kind kind) {
+    return static_cast<double>(sums.count[static_cast<std::size_t>(kind)]);
+  };
+  const double matched = count(Kind::Matched);
+  const double total =
+      matched + count(Kind::SeenThrough) + count(Kind::Occluded) + count(Kind::Unknown);
+  evidence.pixels = static_cast<std::uint32_t>(total);
+  if (total < 1.0) return evidence;
+  evidence.matched = matched / total;
+  evidence.seen_through = count(Kind::SeenThrough) / total;
+  evidence.occluded = count(Kind::Occluded) / total;
+  evidence.unknown = count(Kind::Unknown) / total;
+  evidence.matched_area_m2 = sums.area_m2;
+  if (matched > 0.0) {
+    evidence.rmse_m = std::sqrt(sums.square_m2 / matched);
+    evidence.chi = std::sqrt(sums.chi_square / matched);
+    evidence.unexplained = static_cast<double>(sums.own_unmatched) / matched;
+    // Share of matched area whose normal differs from the main one: by the trace of n nᵀ.
+    const Mat3d share = sums.normals / sums.area_m2;
+    const double main = Eigen::SelfAdjointEigenSolver<Mat3d>(share).eigenvalues()[2];
+    evidence.second_face = 1.0 - main;
+  } else {
+    evidence.unexplained = 1.0;
+  }
+  evidence.hole_area_m2 = largest_hole(render, view);
+  outline(render, view, edges, evidence);
+  std::size_t confirmed = 0;
+  for (std::size_t i = 0; i < model.size; ++i) confirmed += confirmed_[i];
+  evidence.coverage = static_cast<double>(confirmed) / static_cast<double>(model.size);
+  return evidence;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/arena.h"
+#include "pipeline/judge/depth_view.h"
+#include "pipeline/judge/model_render.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// What the measurement says about a pose, apart from how it was found. Shares are of the pixels
+/// that the model should fill; matched + seen_through + occluded + unknown = 1.
+struct Evidence {
+  double matched = 0.0;
+  double seen_through = 0.0;  ///< measured behind the model: free space violated
+  double occluded = 0.0;      ///< measured before the model
+  double unknown = 0.0;       ///< no reading
+  double matched_area_m2 = 0.0;
+  double hole_area_m2 = 0.0;  ///< largest connected piece that is seen through
+  std::uint32_t pixels = 0;   ///< counted: visible model, its rim left out
+  double rmse_m = 0.0;        ///< point-to-plane, of matched pixels
+  double chi = 0.0;           ///< root mean square of residual / sigma
+  double edge = 0.0;          ///< share of the outline that meets a depth edge
+  double unexplained = 0.0;   ///< object's pixels within and beside the outline the model leaves
+                              ///< over, as a share of the matched ones
+  double explained = 0.0;     ///< share of the whole object's pixels the model explains
+  double coverage = 0.0;      ///< share of the model's points confirmed
+  double second_face = 0.0;   ///< share of matched area not along the main normal: 1 - largest
+                              ///< eigenvalue of the mean n nᵀ
+};
+
+/// Worth of a pose for comparing candidates: S = matched - 2 · seen_through - unexplained / 2.
+[[nodiscard]] double worth(const Evidence& evidence) noexcept;
+
+/// Compares the depth image that the model should give with the one measured.
+class Verification {
+ public:
+  void reserve(Arena& arena, std::size_t max_pixels, std::size_t max_model_points);
+
+  /// `render` holds the model at the pose, contour included; `edges` belongs to `view`. A pixel
+  /// matches when the measured point lies within max(3 sigma, floor) of the model's tangent plane
+  /// and the normals agree. O(pixels of the model).
+  Evidence verify(const Surface& model, const Pose& camera_from_model, const ModelRender& render,
+                  const DepthView& view, const EdgeMap& edges, double floor_m) noexcept;
+
+ private:
+  enum class Kind : std::uint8_t { Outside, Rim, Matched, SeenThrough, Occluded, Unknown, Support };
+
+  struct Sums;
+  Kind classify(const Surface& model, const ModelRender& render, const DepthView& view, int u,
+                int v, double floor_m, Sums& sums) noexcept;
+  double largest_hole(const ModelRender& render, const DepthView& view) noexcept;
+  void outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
+               Evidence& evidence) const noexcept;
+
+  Eigen::Matrix3f rotation_ = Eigen::Matrix3f::Identity();
+  Vec3f shift_ = Vec3f::Zero();
+  std::span<Kind> kind_;
+  std::span<std::int32_t> stack_;
+  std::span<std::uint8_t> confirmed_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,196 @@
+#include "pipeline/refine/closest_point_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/assert.h"
+
+namespace grapnel {
+namespace {
+
+constexpr int kMaxSide = 512;
+constexpr std::uint16_t kNoPoint = 0xffffU;
+constexpr float kFar = 1e9F;
+
+/// Cube root by Newton's method: the C library's differs between machines. x > 0.
+double cube_root(double x) noexcept {
+  double root = x < 1.0 ? 1.0 : x;
+  for (int i = 0; i < 200; ++i) root = (2.0 * root + x / (root * root)) / 3.0;
+  return root;
+}
+
+/// One line of the distance transform: lower envelope of parabolas, equation 2 of the paper.
+void transform_line(int count, const float* in, const std::uint16_t* in_index, float* out,
+                    std::uint16_t* out_index) noexcept {
+  std::array<int, kMaxSide> apex;
+  std::array<float, kMaxSide + 1> bound;
+  int last = -1;
+  for (int q = 0; q < count; ++q) {
+    if (in[q] >= kFar) continue;
+    float cross = -std::numeric_limits<float>::infinity();
+    while (last >= 0) {
+      const int p = apex[static_cast<std::size_t>(last)];
+      const float rise = in[q] + static_cast<float>(q * q) - in[p] - static_cast<float>(p * p);
+      cross = rise / static_cast<float>(2 * (q - p));
+      if (cross > bound[static_cast<std::size_t>(last)]) break;
+      --last;
+    }
+    if (last < 0) cross = -std::numeric_limits<float>::infinity();
+    ++last;
+    apex[static_cast<std::size_t>(last)] = q;
+    bound[static_cast<std::size_t>(last)] = cross;
+  }
+  if (last < 0) {
+    std::fill(out, out + count, kFar);
+    std::fill(out_index, out_index + count, kNoPoint);
+    return;
+  }
+  const auto parabolas = static_cast<std::size_t>(last) + 1;
+  std::size_t k = 0;
+  for (int q = 0; q < count; ++q) {
+    while (k + 1 < parabolas && bound[k + 1] < static_cast<float>(q)) ++k;
+    const int p = apex[k];
+    out[q] = static_cast<float>((q - p) * (q - p)) + in[p];
+    out_index[q] = in_index[p];
+  }
+}
+
+}  // namespace
+
+void ClosestPointTable::reserve(Arena& arena, std::size_t max_voxels) {
+  nearest_ = arena.take<std::uint16_t>(max_voxels);
+  square_ = arena.take<float>(max_voxels);
+}
+
+void ClosestPointTable::shape(const Surface& surface, double margin_m) noexcept {
+  Vec3d low = Vec3d::Constant(std::numeric_limits<double>::max());
+  Vec3d high = -low;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const Vec3d p = surface.point(i).cast<double>();
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  low.array() -= margin_m;
+  high.array() += margin_m;
+  const Vec3d extent = (high - low).cwiseMax(1e-9);
+  voxel_m_ = std::max(cube_root(extent.prod() / static_cast<double>(nearest_.size())),
+                      extent.maxCoeff() / (kMaxSide - 2));
+  for (;;) {
+    std::size_t voxels = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int side = static_cast<int>(extent[axis] / voxel_m_) + 1;
+      size_[static_cast<std::size_t>(axis)] = side;
+      voxels *= static_cast<std::size_t>(side);
+    }
+    if (voxels <= nearest_.size()) break;
+    voxel_m_ *= 1.02;
+  }
+  origin_ = low.cast<float>();
+  per_metre_ = static_cast<float>(1.0 / voxel_m_);
+}
+
+void ClosestPointTable::seed() noexcept {
+  const auto voxels = static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
+                      static_cast<std::size_t>(size_[2]);
+  std::fill_n(nearest_.begin(), voxels, kNoPoint);
+  std::fill_n(square_.begin(), voxels, kFar);
+  for (std::size_t i = 0; i < surface_->size; ++i) {
+    const Vec3f place = (surface_->point(i) - origin_) * per_metre_;
+    const int x = std::clamp(static_cast<int>(place.x()), 0, size_[0] - 1);
+    const int y = std::clamp(static_cast<int>(place.y()), 0, size_[1] - 1);
+    const int z = std::clamp(static_cast<int>(place.z()), 0, size_[2] - 1);
+    const Vec3f centre(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F,
+                       static_cast<float>(z) + 0.5F);
+    const auto voxel = static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x);
+    const float square = (place - centre).squaredNorm();
+    if (square < square_[voxel]) {
+      square_[voxel] = square;
+      nearest_[voxel] = static_cast<std::uint16_t>(i);
+    }
+  }
+}
+
+void ClosestPointTable::sweep(int axis) noexcept {
+  const std::array<std::size_t, 3> step = {
+      1, static_cast<std::size_t>(size_[0]),
+      static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1])};
+  const auto a = static_cast<std::size_t>(axis);
+  const std::size_t b = (a + 1) % 3;
+  const std::size_t c = (a + 2) % 3;
+  std::array<float, kMaxSide> in, out;
+  std::array<std::uint16_t, kMaxSide> in_index, out_index;
+  const auto count = static_cast<std::size_t>(size_[a]);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(size_[b]); ++i) {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(size_[c]); ++j) {
+      const std::size_t first = i * step[b] + j * step[c];
+      for (std::size_t k = 0; k < count; ++k) {
+        in[k] = square_[first + k * step[a]];
+        in_index[k] = nearest_[first + k * step[a]];
+      }
+      transform_line(size_[a], in.data(), in_index.data(), out.data(), out_index.data());
+      for (std::size_t k = 0; k < count; ++k) {
+        square_[first + k * step[a]] = out[k];
+        nearest_[first + k * step[a]] = out_index[k];
+      }
+    }
+  }
+}
+
+void ClosestPointTable::build(const Surface& surface, double margin_m) noexcept {
+  GRAPNEL_ASSERT(surface.size > 0 && surface.size < kNoPoint);
+  surface_ = &surface;
+  shape(surface, margin_m);
+  seed();
+  for (int axis = 0; axis < 3; ++axis) sweep(axis);
+}
+
+std::int32_t ClosestPointTable::nearby(const Vec3f& p) const noexcept {
+  const Vec3f place = (p - origin_) * per_metre_;
+  if (!(place.x() >= 0.0F && place.y() >= 0.0F && place.z() >= 0.0F)) return -1;
+  if (place.x() >= static_cast<float>(size_[0]) || place.y() >= static_cast<float>(size_[1]) ||
+      place.z() >= static_cast<float>(size_[2])) {
+    return -1;
+  }
+  const int x = static_cast<int>(place.x());
+  const int y = static_cast<int>(place.y());
+  const int z = static_cast<int>(place.z());
+  return nearest_[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)];
+}
+
+std::int32_t ClosestPointTable::closest(const Vec3f& p, float max_distance_m) const noexcept {
+  const Vec3f place = (p - origin_) * per_metre_;
+  if (!(place.x() >= 0.0F && place.y() >= 0.0F && place.z() >= 0.0F)) return -1;
+  if (place.x() >= static_cast<float>(size_[0]) || place.y() >= static_cast<float>(size_[1]) ||
+      place.z() >= static_cast<float>(size_[2])) {
+    return -1;
+  }
+  // The voxel of p and, on each axis, its neighbour on the side p lies toward.
+  std::array<std::array<int, 2>, 3> cell;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const int own = static_cast<int>(place[axis]);
+    const int toward = place[axis] - static_cast<float>(own) < 0.5F ? own - 1 : own + 1;
+    cell[a] = {own, std::clamp(toward, 0, size_[a] - 1)};
+  }
+  std::int32_t best = -1;
+  float best_square = max_distance_m * max_distance_m;
+  for (const int z : cell[2]) {
+    for (const int y : cell[1]) {
+      for (const int x : cell[0]) {
+        const std::int32_t candidate =
+            nearest_[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)];
+        if (candidate == best) continue;
+        const float square =
+            (surface_->point(static_cast<std::size_t>(candidate)) - p).squaredNorm();
+        if (square <= best_square) {
+          best_square = square;
+          best = candidate;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace grapnel

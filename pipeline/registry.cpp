@@ -1,0 +1,68 @@
+#include "pipeline/registry.h"
+
+#include <array>
+
+#include "pipeline/correspond/nearest_feature.h"
+#include "pipeline/descriptors/fpfh.h"
+#include "pipeline/keypoints/iss.h"
+#include "pipeline/keypoints/uniform.h"
+#include "pipeline/preprocess/normals.h"
+#include "pipeline/preprocess/voxel.h"
+#include "pipeline/reject/median.h"
+#include "pipeline/reject/ransac.h"
+
+namespace grapnel {
+namespace {
+
+template <class StageKind, class Stage, class Params, FieldTable (*kFields)() noexcept>
+constexpr Method<StageKind> method(std::string_view name) {
+  return {name, kFields,
+          [](ConfigReader& reader) -> std::unique_ptr<StageKind> {
+            Params params;
+            reader.take_fields(kFields(), &params);
+            return std::make_unique<Stage>(params);
+          },
+          [](std::size_t field) {
+            const Params params;
+            return field_value_text(kFields()[field], &params);
+          }};
+}
+
+constexpr std::array kFilters = {
+    method<CloudFilter, VoxelGrid, VoxelParams, voxel_fields>("voxel"),
+};
+constexpr std::array kNormals = {
+    method<NormalEstimator, PcaNormals, PcaNormalsParams, pca_normals_fields>("pca"),
+};
+constexpr std::array kDetectors = {
+    method<KeypointDetector, IssDetector, IssParams, iss_fields>("iss"),
+    method<KeypointDetector, UniformDetector, UniformParams, uniform_fields>("uniform"),
+};
+constexpr std::array kDescriptors = {
+    method<DescriptorEstimator, FpfhEstimator, FpfhParams, fpfh_fields>("fpfh"),
+};
+constexpr std::array kMatchers = {
+    method<FeatureMatcher, NearestFeature, NearestFeatureParams, nearest_feature_fields>(
+        "nearest_feature"),
+};
+constexpr std::array kRejectors = {
+    method<CorrespondenceRejector, MedianRejector, MedianRejectorParams, median_rejector_fields>(
+        "median"),
+    method<CorrespondenceRejector, RansacRejector, RansacRejectorParams, ransac_rejector_fields>(
+        "ransac"),
+};
+
+}  // namespace
+
+std::span<const Method<CloudFilter>> cloud_filters() noexcept { return kFilters; }
+std::span<const Method<NormalEstimator>> normal_estimators() noexcept { return kNormals; }
+std::span<const Method<KeypointDetector>> keypoint_detectors() noexcept { return kDetectors; }
+std::span<const Method<DescriptorEstimator>> descriptor_estimators() noexcept {
+  return kDescriptors;
+}
+std::span<const Method<FeatureMatcher>> feature_matchers() noexcept { return kMatchers; }
+std::span<const Method<CorrespondenceRejector>> correspondence_rejectors() noexcept {
+  return kRejectors;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,177 @@
+#include "pipeline/search.h"
+
+#include <algorithm>
+#include <array>
+
+#include "pipeline/coarse/hypothesis_list.h"
+#include "pipeline/refine/normal_equations.h"
+
+namespace grapnel {
+namespace {
+
+PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
+                 double tolerance_m) noexcept {
+  PoseScore::Model source{&model.samples, &model.table, &model.fine};
+  PoseScore::Scene scene;
+  scene.view = object.view;
+  scene.samples = object.samples;
+  return {source, scene, static_cast<float>(tolerance_m)};
+}
+
+/// The refiners carry the measured points onto the model; the pipeline speaks of the inverse.
+RefinedPose inverted(const RefinedPose& model_from_target) noexcept {
+  RefinedPose result = model_from_target;
+  result.target_from_source = model_from_target.target_from_source.inverse();
+  result.information =
+      information_of_inverse(model_from_target.information, model_from_target.target_from_source);
+  return result;
+}
+
+}  // namespace
+
+FieldTable search_fields() noexcept {
+  using P = SearchParams;
+  static constexpr std::array kFields = {
+      number_field<&P::kept>("kept", "", 1, 1024, "poses carried to coarse refinement"),
+      number_field<&P::finalists>("finalists", "", 1, 64, "poses carried to fine refinement"),
+      number_field<&P::coarse_tolerance_ratio>("coarse_tolerance_ratio", "diameters", 0.001, 0.5,
+                                               "what counts as met in a first rating"),
+      bool_field<&P::siblings>("siblings", "try the half turns of the best pose as alternatives"),
+      number_field<&P::distinct_ratio>("distinct_ratio", "diameters", 0.001, 1.0,
+                                       "poses farther apart than this are distinct"),
+  };
+  return kFields;
+}
+
+void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_model_points) {
+  const auto pixels =
+      static_cast<std::size_t>(limits.max_width) * static_cast<std::size_t>(limits.max_height);
+  verification_.reserve(arena, pixels, max_model_points);
+  render_.reserve(arena, pixels, 4096);
+  proposed_ = Hypotheses(arena.take<Hypothesis>(params_.kept));
+  settled_ = Hypotheses(arena.take<Hypothesis>(params_.finalists));
+  candidates_ = FixedList<Candidate>(arena.take<Candidate>(params_.finalists + 4));
+}
+
+void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
+                           const Correspondences& correspondences, const Pose* initial,
+                           Rng& rng) noexcept {
+  proposed_.clear();
+  const PoseScore score = rating(model, object, params_.coarse_tolerance_ratio * model.diameter_m);
+  if (initial != nullptr) keep_best(proposed_, {*initial, score(*initial, SIZE_MAX)});
+  model.templates.propose(object.middle, score, proposed_);
+  const PairView pair{&model.coarse, object.surface, model.keypoints.span(),
+                      object.keypoints->span()};
+  // Without consensus the views' poses stand alone.
+  (void)ransac_.generate(pair, correspondences, score, rng, proposed_);
+}
+
+bool ObjectSearch::distinct(const ModelIndex& model, const Pose& a, const Pose& b,
+                            double ratio) const noexcept {
+  const Pose nearest = nearest_equivalent(a, b, model.symmetry);
+  return displacement_m(nearest, b, model.centre, 0.5 * model.diameter_m) >
+         ratio * model.diameter_m;
+}
+
+void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object) noexcept {
+  settled_.clear();
+  const PoseScore score =
+      rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
+  for (const Hypothesis& hypothesis : proposed_) {
+    const Result<RefinedPose> refined = coarse_icp_.refine(
+        *object.surface, model.fixed(), model.table, hypothesis.target_from_source.inverse());
+    if (!refined.ok()) continue;
+    Hypothesis settled;
+    settled.target_from_source = refined.value().target_from_source.inverse();
+    settled.support = score(settled.target_from_source, SIZE_MAX);
+    bool merged = false;
+    for (Hypothesis& other : settled_) {
+      if (distinct(model, settled.target_from_source, other.target_from_source,
+                   params_.distinct_ratio)) {
+        continue;
+      }
+      merged = true;
+      if (settled.support > other.support) other = settled;
+      break;
+    }
+    if (!merged) keep_best(settled_, settled);
+  }
+  std::stable_sort(settled_.begin(), settled_.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.support > b.support; });
+}
+
+void ObjectSearch::keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept {
+  for (Candidate& other : candidates_) {
+    if (distinct(model, candidate.refined.target_from_source, other.refined.target_from_source,
+                 params_.distinct_ratio)) {
+      continue;
+    }
+    if (candidate.worth > other.worth) other = candidate;
+    return;
+  }
+  candidates_.push_back(candidate);
+}
+
+void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& object,
+                               const Pose& start, double floor_m) noexcept {
+  const Result<RefinedPose> fine =
+      fine_icp_.refine(*object.surface, model.fixed(), model.table, start.inverse());
+  if (!fine.ok()) return;
+  Candidate candidate;
+  candidate.refined = inverted(fine.value());
+  const Result<RefinedPose> joint =
+      contour_.refine(*object.surface, model.fixed(), model.table, *object.view, *object.edges,
+                      candidate.refined.target_from_source, render_);
+  if (joint.ok() && joint.value().iterations > 0) {
+    const std::uint32_t before = candidate.refined.iterations;
+    candidate.refined = joint.value();
+    candidate.refined.iterations += before;
+  }
+  const Pose& pose = candidate.refined.target_from_source;
+  render_.render(model.fine, pose, *object.view);
+  render_.find_contour(model.fine, pose, *object.view);
+  candidate.evidence =
+      verification_.verify(model.fine, pose, render_, *object.view, *object.edges, floor_m);
+  candidate.worth = worth(candidate.evidence);
+  keep_candidate(model, candidate);
+}
+
+void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
+                          double floor_m) noexcept {
+  candidates_.clear();
+  for (const Hypothesis& hypothesis : settled_) {
+    verify_pose(model, object, hypothesis.target_from_source, floor_m);
+  }
+  const auto best_first = [&] {
+    std::stable_sort(candidates_.begin(), candidates_.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
+  };
+  best_first();
+  if (!params_.siblings || candidates_.empty()) return;
+  const Pose best = candidates_[0].refined.target_from_source;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3d direction = model.axes.col(axis);
+    const Mat3d turn = 2.0 * direction * direction.transpose() - Mat3d::Identity();
+    Pose sibling = best;
+    sibling.linear() = best.linear() * turn;
+    sibling.translation() = best * model.centre - sibling.linear() * model.centre;
+    if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
+    if (candidates_.full()) candidates_.resize(candidates_.size() - 1);
+    verify_pose(model, object, sibling, floor_m);
+    best_first();
+  }
+}
+
+double ObjectSearch::margin(const ModelIndex& model) const noexcept {
+  if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return 0.0;
+  for (std::size_t i = 1; i < candidates_.size(); ++i) {
+    if (!distinct(model, candidates_[i].refined.target_from_source,
+                  candidates_[0].refined.target_from_source, params_.distinct_ratio)) {
+      continue;
+    }
+    return 1.0 - std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
+  }
+  return 1.0;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/arena.h"
+#include "base/field.h"
+#include "pipeline/coarse/pose_score.h"
+#include "pipeline/coarse/ransac.h"
+#include "pipeline/features.h"
+#include "pipeline/judge/depth_view.h"
+#include "pipeline/judge/model_render.h"
+#include "pipeline/judge/verification.h"
+#include "pipeline/limits.h"
+#include "pipeline/model_index.h"
+#include "pipeline/refine/contour_fit.h"
+#include "pipeline/refine/icp.h"
+
+namespace grapnel {
+
+struct SearchParams {
+  std::size_t kept = 40;                 ///< poses carried from proposal to coarse refinement
+  std::size_t finalists = 8;             ///< and from there to fine refinement
+  double coarse_tolerance_ratio = 0.05;  ///< × model diameter: what counts as met at first
+  bool siblings = true;                  ///< also try the half turns of the best pose
+  double distinct_ratio = 0.05;          ///< × model diameter: poses farther apart are distinct
+};
+[[nodiscard]] FieldTable search_fields() noexcept;
+
+/// One measured object with everything the search looks at.
+struct MeasuredObject {
+  const Surface* surface = nullptr;
+  const SampleSet* samples = nullptr;
+  KeypointSet* keypoints = nullptr;
+  FeatureMatrix* features = nullptr;
+  const DepthView* view = nullptr;
+  const EdgeMap* edges = nullptr;
+  Vec3d middle = Vec3d::Zero();  ///< mean of its points
+};
+
+/// A pose after refinement, and what the measurement says about it.
+struct Candidate {
+  RefinedPose refined;
+  Evidence evidence;
+  double worth = 0.0;
+};
+
+/// Finds the best pose of a model on a measured object: proposes, refines coarsely, refines finely,
+/// verifies, and looks for the best distinct alternative.
+class ObjectSearch {
+ public:
+  ObjectSearch(const SearchParams& search, const RansacParams& ransac, const IcpParams& coarse,
+               const IcpParams& fine, const ContourFitParams& contour)
+      : params_(search), ransac_(ransac), coarse_icp_(coarse), fine_icp_(fine), contour_(contour) {}
+
+  void reserve(Arena& arena, const Limits& limits, std::size_t max_model_points);
+
+  /// Proposes poses from features and from views; `initial`, where given, stands beside them.
+  void propose(ModelIndex& model, const MeasuredObject& object,
+               const Correspondences& correspondences, const Pose* initial, Rng& rng) noexcept;
+  /// Refines what was proposed and verifies the best; candidates() are then best first.
+  void settle(const ModelIndex& model, const MeasuredObject& object) noexcept;
+  void verify(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+
+  [[nodiscard]] std::size_t hypothesis_count() const noexcept { return proposed_.size(); }
+  [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }
+  /// 1 - S2/S1 of the best candidate to the best distinct one; 1 when there is no other.
+  [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
+
+ private:
+  void verify_pose(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
+                   double floor_m) noexcept;
+  [[nodiscard]] bool distinct(const ModelIndex& model, const Pose& a, const Pose& b,
+                              double ratio) const noexcept;
+  void keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept;
+
+  SearchParams params_;
+  Ransac ransac_;
+  Icp coarse_icp_;
+  Icp fine_icp_;
+  ContourFit contour_;
+  Verification verification_;
+  ModelRender render_;
+  Hypotheses proposed_;
+  Hypotheses settled_;
+  FixedList<Candidate> candidates_;
+};
+
+}  // namespace grapnel

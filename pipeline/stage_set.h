@@ -1,0 +1,86 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/config.h"
+#include "pipeline/coarse/ransac.h"
+#include "pipeline/judge/verdict.h"
+#include "pipeline/model_index.h"
+#include "pipeline/preprocess/background.h"
+#include "pipeline/preprocess/decimate.h"
+#include "pipeline/preprocess/depth_outliers.h"
+#include "pipeline/preprocess/median.h"
+#include "pipeline/preprocess/organize.h"
+#include "pipeline/preprocess/segment.h"
+#include "pipeline/refine/contour_fit.h"
+#include "pipeline/refine/icp.h"
+#include "pipeline/search.h"
+#include "pipeline/stage.h"
+
+namespace grapnel {
+
+/// What belongs to the pipeline as a whole.
+struct GeneralParams {
+  double spacing_m = 0.0;          ///< of working surfaces; 0 = auto: spacing_ratio
+  double spacing_ratio = 0.022;    ///< × model diameter (pairs: of the smaller cloud)
+  double sigma_1m_m = 0.001425;    ///< axial noise at 1 m, growing with z²
+  double shared_error_px = 40.0;   ///< neighbouring readings that share one error
+  std::size_t max_components = 6;  ///< objects looked at in one frame, largest first
+  double min_area_ratio = 0.01;    ///< × squared model diameter: smaller objects are passed over
+};
+
+/// Parameters of every fixed step, with their defaults.
+struct StageParams {
+  GeneralParams general;
+  OrganizeParams organize;
+  DepthOutlierParams outliers;
+  DepthMedianParams median;
+  BackgroundParams background;
+  SegmentParams segment;
+  DecimateParams decimate;
+  ModelIndexParams model;
+  RansacParams coarse;
+  IcpParams refine_coarse;
+  IcpParams refine;
+  ContourFitParams contour;
+  SearchParams search;
+  VerdictParams verdict;
+
+  StageParams();
+};
+
+/// A table of a preset whose keys fill one parameter struct.
+struct ParamTable {
+  const char* name = nullptr;
+  FieldTable fields;
+  void* object = nullptr;  ///< inside the StageParams asked about
+};
+/// The fixed steps' tables, in the pipeline's order.
+[[nodiscard]] std::vector<ParamTable> param_tables(StageParams& params);
+
+/// The stages of one preset: the fixed steps and the methods chosen by name.
+struct StageSet {
+  explicit StageSet(const ConfigTable& preset);
+
+  StageParams params;
+  DepthOutliers outliers;
+  DepthMedian median;
+  BackgroundRemoval background;
+  Segmenter segment;
+  std::unique_ptr<NormalEstimator> normals;
+  std::unique_ptr<KeypointDetector> keypoints;
+  std::unique_ptr<DescriptorEstimator> descriptors;
+  std::unique_ptr<FeatureMatcher> match;
+  std::unique_ptr<CorrespondenceRejector> reject;
+
+ private:
+  struct Taken;
+  explicit StageSet(Taken taken);
+};
+
+/// Table names of the steps whose method is chosen by name, for readers that must know all keys.
+[[nodiscard]] std::vector<std::string> method_tables();
+
+}  // namespace grapnel
