@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "firmware_app/job.h"
+#include "hal/frame_pool.h"
 #include "hal/plc.h"
 
 namespace grapnel {
@@ -16,6 +17,7 @@ struct ControllerSetup {
   Code fault = Code::Ok;          ///< InternalFault after a crash: FAULT until reset
   bool watchdog_restart = false;  ///< the last run was ended by the watchdog
   std::uint32_t build_hash = 0;
+  const FramePool* frames = nullptr;  ///< for FRAME_COUNT; nullptr: none
 };
 
 /// The device as the PLC sees it: command in, state, flags and latched result out. Runs on the

@@ -122,7 +122,8 @@ void Controller::read_status(PlcStatus& status) noexcept {
   status.preset_rev = config.active.rev;
   status.error_count = error_count_;
   status.uptime_s = static_cast<std::uint32_t>((clock_->now_us() - started_us_) / 1'000'000);
-  status.frame_count = health.frames;
+  status.frame_count =
+      setup_.frames != nullptr ? static_cast<std::uint32_t>(setup_.frames->published()) : 0U;
   status.boot_id = setup_.boot_id;
   status.result_no = result_no_;
   fill_status_code(status);

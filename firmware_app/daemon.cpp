@@ -184,6 +184,7 @@ void Daemon::build() {
       RegistrationLoop::Parts{executor_.get(), &exchange_.job, &presets_, &supervisor_,
                               &registration_account_, &crash_},
       Scheduling{realtime.registration_priority, realtime.registration_cpu});
+  setup_.frames = pool_.get();
   controller_ = std::make_unique<Controller>(clock_, log_, exchange_, setup_);
 
   ModbusOptions modbus;

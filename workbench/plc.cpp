@@ -13,6 +13,7 @@
 #include "drivers/modbus/plc_client.h"
 #include "workbench/commands.h"
 #include "workbench/options.h"
+#include "workbench/plc/line.h"
 
 namespace grapnel {
 namespace {
@@ -244,7 +245,10 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   options.flag("--single-writes", run.client.single_writes, "function 6 only, CMD_SEQ last");
   options.flag("--no-arm", no_arm, "send no command 10 when the device is not ready");
   options.flag("--json", run.as_json, "one JSON object on standard output");
-  options.footer("Exit code 1: a trigger was refused or not answered.");
+  options.footer(
+      "With --events FILE --config grapnel.toml it triggers at every station of a simulated line\n"
+      "and compares each answer with the truth.\n"
+      "Exit code 1: a trigger was refused or not answered.");
   if (!options.parse(args)) return false;
   take_address(address, run.client);
   if (word_order != "ABCD" && word_order != "CDAB") {
@@ -266,6 +270,10 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
 }  // namespace
 
 int run_plc(std::span<const std::string> args) {
+  const bool line = std::any_of(args.begin(), args.end(), [](const std::string& argument) {
+    return argument.starts_with("--events");
+  });
+  if (line) return run_plc_line(args);
   PlcRun run;
   if (!read_arguments(args, run)) return 0;
   PlcClient client(run.client);
