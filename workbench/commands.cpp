@@ -17,6 +17,7 @@ namespace {
 constexpr int kUsage = 2;
 
 constexpr std::array kCommands = {
+    Command{"import", run_import, "bring a foreign recording into the TUM layout"},
     Command{"plc", run_plc, "a PLC emulator: triggers over Modbus and prints each result"},
     Command{"simulate", run_simulate, "render a conveyor scene into a recording with its truth"},
 };

@@ -17,6 +17,7 @@ struct Command {
   const char* summary;  ///< half a sentence for `grapnel --help`
 };
 
+int run_import(std::span<const std::string> args);
 int run_plc(std::span<const std::string> args);
 int run_simulate(std::span<const std::string> args);
 

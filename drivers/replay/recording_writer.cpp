@@ -59,8 +59,14 @@ void RecordingWriter::add_depth_file(std::int64_t time_us, const std::filesystem
   ++depth_images_;
 }
 
+void RecordingWriter::begin_colors() {
+  if (color_images_ > 0) return;
+  make_folder(folder_ / "rgb");
+  add_line(color_index_, "rgb.txt", "# timestamp filename\n");
+}
+
 void RecordingWriter::add_color(std::int64_t time_us, ImageView<const Rgb8> color) {
-  if (color_images_ == 0) make_folder(folder_ / "rgb");
+  begin_colors();
   const std::string name = image_name("rgb", time_us, ".png");
   write_color_png(folder_ / name, color);
   add_line(color_index_, "rgb.txt", time_text(time_us) + " " + name + "\n");
@@ -68,7 +74,7 @@ void RecordingWriter::add_color(std::int64_t time_us, ImageView<const Rgb8> colo
 }
 
 void RecordingWriter::add_color_file(std::int64_t time_us, const std::filesystem::path& image) {
-  if (color_images_ == 0) make_folder(folder_ / "rgb");
+  begin_colors();
   const std::string name = image_name("rgb", time_us, image.extension().string());
   copy_image(image, folder_ / name);
   add_line(color_index_, "rgb.txt", time_text(time_us) + " " + name + "\n");

@@ -32,6 +32,7 @@ class RecordingWriter {
   [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_; }
 
  private:
+  void begin_colors();
   void add_line(std::ofstream& stream, const char* name, const std::string& line);
 
   std::filesystem::path folder_;

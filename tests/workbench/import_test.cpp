@@ -1,0 +1,221 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/cloud_file.h"
+#include "base/file.h"
+#include "base/input_error.h"
+#include "drivers/replay/image_file.h"
+#include "tests/support/temp_folder.h"
+#include "workbench/import/cloud_grid.h"
+#include "workbench/import/known_cameras.h"
+#include "workbench/import/source.h"
+#include "workbench/import/tiff.h"
+
+namespace grapnel {
+namespace {
+
+/// A TIFF put together entry by entry after TIFF 6.0.
+class TiffText {
+ public:
+  explicit TiffText(bool big_endian) : big_endian_(big_endian) {
+    text_ = big_endian ? "MM" : "II";
+    u16(42);
+    u32(8);
+  }
+  void u16(std::uint32_t value) { number(value, 2); }
+  void u32(std::uint32_t value) { number(value, 4); }
+  void entry(std::uint32_t tag, std::uint32_t type, std::uint32_t value) {
+    u16(tag);
+    u16(type);
+    u32(1);
+    if (type == 3) {
+      u16(value);
+      u16(0);
+    } else {
+      u32(value);
+    }
+  }
+  void raw(const std::string& bytes) { text_ += bytes; }
+  [[nodiscard]] std::span<const std::byte> bytes() const {
+    return std::as_bytes(std::span(text_.data(), text_.size()));
+  }
+
+ private:
+  void number(std::uint32_t value, int count) {
+    for (int i = 0; i < count; ++i) {
+      const int shift = 8 * (big_endian_ ? count - 1 - i : i);
+      text_ += static_cast<char>((value >> shift) & 0xff);
+    }
+  }
+
+  bool big_endian_;
+  std::string text_;
+};
+
+/// A 3×1 image of `bits`, its only strip behind the directory.
+TiffText tiff(bool big_endian, std::uint32_t compression, std::uint32_t bits,
+              std::uint32_t channels, const std::string& strip) {
+  TiffText text(big_endian);
+  constexpr std::uint32_t kEntries = 8;
+  text.u16(kEntries);
+  text.entry(256, 3, 3);
+  text.entry(257, 3, 1);
+  text.entry(258, 3, bits);
+  text.entry(259, 3, compression);
+  text.entry(273, 4, 8 + 2 + kEntries * 12 + 4);
+  text.entry(277, 3, channels);
+  text.entry(278, 3, 1);
+  text.entry(279, 4, static_cast<std::uint32_t>(strip.size()));
+  text.u32(0);
+  text.raw(strip);
+  return text;
+}
+
+TEST(Tiff, ReadsSixteenBitsInEitherByteOrder) {
+  const std::vector<std::uint16_t> expected = {0x0102, 0x0304, 0x0506};
+  EXPECT_EQ(decode_depth_tiff(tiff(false, 1, 16, 1, {"\2\1\4\3\6\5", 6}).bytes(), "t").pixels,
+            expected);
+  EXPECT_EQ(decode_depth_tiff(tiff(true, 1, 16, 1, {"\1\2\3\4\5\6", 6}).bytes(), "t").pixels,
+            expected);
+}
+
+TEST(Tiff, UnpacksTheRunsAndLiteralsOfPackBits) {
+  // 0xfd: the next byte four times; 0x80: nothing; 1: two bytes as they are.
+  const std::string strip("\xfd\x07\x80\x01\x0a\x0b", 6);
+  EXPECT_EQ(decode_depth_tiff(tiff(false, 32773, 16, 1, strip).bytes(), "t").pixels,
+            (std::vector<std::uint16_t>{0x0707, 0x0707, 0x0b0a}));
+}
+
+TEST(Tiff, ReadsThreeChannels) {
+  EXPECT_EQ(decode_color_tiff(tiff(false, 1, 8, 3, "abcdefghi").bytes(), "t").pixels,
+            (std::vector<Rgb8>{{'a', 'b', 'c'}, {'d', 'e', 'f'}, {'g', 'h', 'i'}}));
+}
+
+TEST(Tiff, RefusesWhatItCantReadAndFilesCutAnywhere) {
+  const TiffText whole = tiff(false, 32773, 16, 1, {"\xfb\x07", 2});
+  EXPECT_NO_THROW((void)decode_depth_tiff(whole.bytes(), "t"));
+  for (std::size_t size = 0; size < whole.bytes().size(); ++size) {
+    EXPECT_THROW((void)decode_depth_tiff(whole.bytes().first(size), "t"), InputError) << size;
+  }
+  EXPECT_THROW((void)decode_depth_tiff(tiff(false, 5, 16, 1, "abcdef").bytes(), "t"), InputError);
+  EXPECT_THROW((void)decode_depth_tiff(tiff(false, 1, 8, 3, "abcdefghi").bytes(), "t"), InputError);
+  EXPECT_THROW((void)decode_depth_tiff(tiff(false, 1, 16, 1, "abcde").bytes(), "t"), InputError);
+}
+
+TEST(ImportNames, TimesInNamesAreUtc) {
+  // date -u -d "2012-12-14 14:22:55" +%s
+  EXPECT_EQ(time_in_name("frame_20121214T142255.814212_depth.tiff"), 1355494975814212);
+  EXPECT_EQ(time_in_name("20000229T000000.000001.pcd"), 951782400000001);
+  EXPECT_EQ(time_in_name("capture0001.pcd"), std::nullopt);
+}
+
+CloudData grid_of(const CameraFile& camera, double sign) {
+  CloudData cloud;
+  cloud.width = camera.width;
+  cloud.height = camera.height;
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const double z = 1.0 + 0.01 * ((u * 7 + v * 3) % 50);
+      const bool none = (u + v) % 9 == 0;
+      constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+      cloud.x.push_back(none ? kNone : static_cast<float>((u - camera.cx) / camera.fx * z));
+      cloud.y.push_back(none ? kNone : static_cast<float>(sign * (v - camera.cy) / camera.fy * z));
+      cloud.z.push_back(none ? kNone : static_cast<float>(sign * z));
+    }
+  }
+  return cloud;
+}
+
+TEST(CloudGrid, FindsTheCameraThatMadeTheCloudWhicheverWayItLooks) {
+  CameraFile camera;
+  camera.width = 40;
+  camera.height = 30;
+  camera.fx = 50.0;
+  camera.fy = 52.0;
+  camera.cx = 19.25;
+  camera.cy = 14.75;
+  for (const double sign : {1.0, -1.0}) {
+    const std::optional<CameraFile> found = estimate_camera(grid_of(camera, sign));
+    ASSERT_TRUE(found.has_value());
+    // Floats carry seven digits.
+    EXPECT_NEAR(found->fx, camera.fx, 1e-4);
+    EXPECT_NEAR(found->fy, camera.fy, 1e-4);
+    EXPECT_NEAR(found->cx, camera.cx, 1e-4);
+    EXPECT_NEAR(found->cy, camera.cy, 1e-4);
+  }
+}
+
+TEST(CloudGrid, RefusesAGridThatNoPinholeCameraMade) {
+  CameraFile camera;
+  camera.width = 40;
+  camera.height = 30;
+  camera.fx = camera.fy = 50.0;
+  camera.cx = 20.0;
+  camera.cy = 15.0;
+  CloudData bent = grid_of(camera, 1.0);
+  for (float& x : bent.x) x += 0.1f * x * x;
+  EXPECT_FALSE(estimate_camera(bent).has_value());
+  CloudData flat = grid_of(camera, 1.0);
+  flat.width *= flat.height;
+  flat.height = 1;
+  EXPECT_FALSE(estimate_camera(flat).has_value());
+}
+
+TEST(CloudGrid, TakesMillimetresWhereTheyAreWhole) {
+  CloudData cloud;
+  cloud.width = 2;
+  cloud.height = 2;
+  cloud.x = cloud.y = {0.0f, 0.0f, 0.0f, 0.0f};
+  cloud.z = {1.234f, 0.5f, std::numeric_limits<float>::quiet_NaN(), 100.0f};
+  EXPECT_EQ(fitting_unit_m(cloud), 0.001);
+  EXPECT_EQ(depth_of(cloud, 0.001).pixels, (std::vector<std::uint16_t>{1234, 500, 0, 0}));
+  cloud.z[1] = 0.5002f;
+  EXPECT_EQ(fitting_unit_m(cloud), 0.0002);
+  EXPECT_EQ(depth_of(cloud, 0.0002).pixels[1], 2501);
+}
+
+TEST(KnownCameras, AreFoundByTheSetsName) {
+  EXPECT_EQ(known_camera("# file: 'rgbd_dataset_freiburg1_rpy.bag'")->camera.fx, 517.3);
+  EXPECT_FALSE(known_camera("living_room").has_value());
+  EXPECT_EQ(nominal_camera(320, 240).camera.fx, 262.5);
+}
+
+TEST(FindSource, KnowsPoseFilesOfATrackerThatWasLost) {
+  const test::TempFolder folder;
+  const auto write = [&](const char* name, std::string_view text) {
+    write_file(folder / name, text);
+  };
+  write("frame-000001.pose.txt", "nan nan nan nan 0 0 0 0 0 0 0 0 0 0 0 1");
+  write("frame-000002.pose.txt", "1 0 0 1  0 1 0 2  0 0 1 3  0 0 0 1");
+  EXPECT_FALSE(read_pose_matrix(folder / "frame-000001.pose.txt").has_value());
+  const std::optional<Pose> pose = read_pose_matrix(folder / "frame-000002.pose.txt");
+  ASSERT_TRUE(pose.has_value());
+  EXPECT_EQ(pose->translation(), Vec3d(1, 2, 3));
+  write("short.txt", "1 0 0 1");
+  EXPECT_THROW((void)read_pose_matrix(folder / "short.txt"), InputError);
+}
+
+TEST(FindSource, ListsNumberedFilesByNumberNotByText) {
+  const test::TempFolder folder;
+  for (const char* name : {"depth_10.png", "depth_9.png", "depth_x.png", "color_1.png"}) {
+    write_file(folder / name, std::string_view());
+  }
+  const std::vector<NumberedFile> files = numbered_files(folder.path(), "depth_", ".png");
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].number, 9u);
+  EXPECT_EQ(files[1].number, 10u);
+}
+
+TEST(FindSource, SaysWhenNothingFits) {
+  const test::TempFolder folder;
+  EXPECT_THROW((void)find_source(folder.path(), {}), InputError);
+  EXPECT_THROW((void)find_source(folder / "absent", {}), InputError);
+}
+
+}  // namespace
+}  // namespace grapnel
