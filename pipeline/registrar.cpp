@@ -11,6 +11,7 @@
 #include "base/rng.h"
 #include "pipeline/frame_job.h"
 #include "pipeline/kernels/target.h"
+#include "pipeline/pair_job.h"
 #include "pipeline/registrar_state.h"
 
 namespace grapnel {
@@ -70,9 +71,9 @@ Result<RegistrationReports> Registrar::run(const Surface& scene,
   return FrameJob(*state_, context).run(scene);
 }
 
-Result<RegistrationReports> Registrar::register_pair(const Surface&, const Surface&,
-                                                     const JobContext&) noexcept {
-  return Error{Code::BadParameter, Stage::Organize, 0};
+Result<RegistrationReports> Registrar::register_pair(const Surface& source, const Surface& target,
+                                                     const JobContext& context) noexcept {
+  return PairJob(*state_, context).run(source, target);
 }
 
 Result<double> Registrar::occupied_share(const DepthFrame& frame,

@@ -106,40 +106,56 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   edges.reserve(arena, pixels);
   search.reserve(arena, limits, stages.params.model.surface_points);
   part("search and judge");
+  const std::size_t scratch =
+      std::max({limits.max_points, limits.max_model_points, stages.params.model.surface_points});
+  for (std::span<float>* plane : {&own_nx, &own_ny, &own_nz}) *plane = arena.take<float>(scratch);
+  if (models.empty()) {
+    pair.voxel.reserve(arena, limits);
+    pair.work.reserve(arena, limits.max_input_points, 0);
+    for (ViewIndex* view : {&pair.source, &pair.target}) {
+      view->reserve(arena, limits, dimension, stages.params.model.surface_points,
+                    stages.params.model.table_voxels, stages.params.model.samples);
+    }
+    pair.proposed = Hypotheses(arena.take<Hypothesis>(stages.params.search.kept));
+    pair.settled = Hypotheses(arena.take<Hypothesis>(stages.params.search.finalists));
+    pair.candidates =
+        FixedList<PairCandidate>(arena.take<PairCandidate>(stages.params.search.finalists));
+    part("pair");
+  }
   for (std::size_t i = 0; i < models.size(); ++i) {
     models[i].reserve(arena, preset.models[i], stages.params.model, limits, dimension);
     part(("model " + preset.models[i].name).c_str());
   }
 }
 
-namespace {
-
-/// Estimates anew what thinning averaged, at the same radius as measured surfaces get, and keeps
-/// the side that the model's own normals point to.
-void renew_normals(NormalEstimator& normals, Surface& surface) {
-  std::vector<Vec3f> own(surface.size);
-  for (std::size_t i = 0; i < surface.size; ++i) own[i] = surface.normal(i);
-  if (!normals.estimate(surface).ok()) return;
-  for (std::size_t i = 0; i < surface.size; ++i) {
+Status RegistrarState::renew_normals(Surface& surface, bool keep_side) noexcept {
+  const std::size_t count = keep_side ? surface.size : 0;
+  GRAPNEL_ASSERT(count <= own_nx.size());
+  std::copy_n(surface.nx.begin(), count, own_nx.begin());
+  std::copy_n(surface.ny.begin(), count, own_ny.begin());
+  std::copy_n(surface.nz.begin(), count, own_nz.begin());
+  if (const Status status = stages.normals->estimate(surface); !status.ok()) return status;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3f own(own_nx[i], own_ny[i], own_nz[i]);
     if (!surface.has_normal(i)) {
-      surface.nx[i] = own[i].x();
-      surface.ny[i] = own[i].y();
-      surface.nz[i] = own[i].z();
-    } else if (surface.normal(i).dot(own[i]) < 0.0F) {
+      surface.nx[i] = own.x();
+      surface.ny[i] = own.y();
+      surface.nz[i] = own.z();
+    } else if (surface.normal(i).dot(own) < 0.0F) {
       surface.nx[i] = -surface.nx[i];
       surface.ny[i] = -surface.ny[i];
       surface.nz[i] = -surface.nz[i];
     }
   }
+  return {};
 }
-
-}  // namespace
 
 void RegistrarState::build_models() {
   for (std::size_t i = 0; i < models.size(); ++i) {
     ModelIndex& model = models[i];
     model.build(preset.models[i], stages.params.model, spacing_m);
-    renew_normals(*stages.normals, model.coarse);
+    // Thinning averaged them; a model too sparse for new ones keeps those.
+    (void)renew_normals(model.coarse, true);
     // A model without features is still found by its views.
     if (!stages.keypoints->detect(model.coarse, model.keypoints).ok()) model.keypoints.clear();
     if (!stages.descriptors->describe(model.coarse, model.keypoints.span(), model.features).ok()) {

@@ -12,6 +12,7 @@
 #include "pipeline/judge/covariance.h"
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/model_index.h"
+#include "pipeline/pair_state.h"
 #include "pipeline/preprocess/segment.h"
 #include "pipeline/preprocess/working_depth.h"
 #include "pipeline/registrar.h"
@@ -59,6 +60,9 @@ struct RegistrarState {
   void reserve(Arena& arena, std::vector<MemoryItem>* parts);
   /// Load time: indexes and describes the models.
   void build_models();
+  /// Normals at the radius of measured surfaces; with `keep_side` the side that the surface's own
+  /// normals point to is kept. Allocates nothing.
+  Status renew_normals(Surface& surface, bool keep_side) noexcept;
 
   Preset preset;
   StageSet stages;
@@ -75,7 +79,9 @@ struct RegistrarState {
   ObjectSearch search;
   std::vector<ModelIndex> models;
   std::vector<RequiredDirections> required;
-  std::vector<Pose> grasp;  ///< model_from_frame whose uncertainty is judged
+  std::span<float> own_nx, own_ny, own_nz;  ///< scratch of renew_normals()
+  PairState pair;                           ///< carved for presets without models
+  std::vector<Pose> grasp;                  ///< model_from_frame whose uncertainty is judged
 
   struct FreeBlock {
     void operator()(std::byte* block) const noexcept;

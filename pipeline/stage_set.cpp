@@ -60,6 +60,7 @@ std::vector<ParamTable> param_tables(StageParams& p) {
       {"contour", contour_fit_fields(), &p.contour},
       {"search", search_fields(), &p.search},
       {"accept", verdict_fields(), &p.verdict},
+      {"accept_pair", overlap_fields(), &p.overlap},
   };
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/config.h"
 #include "pipeline/coarse/ransac.h"
+#include "pipeline/judge/overlap.h"
 #include "pipeline/judge/verdict.h"
 #include "pipeline/model_index.h"
 #include "pipeline/preprocess/background.h"
@@ -47,6 +48,7 @@ struct StageParams {
   ContourFitParams contour;
   SearchParams search;
   VerdictParams verdict;
+  OverlapParams overlap;
 
   StageParams();
 };

@@ -1,0 +1,256 @@
+#include "pipeline/judge/overlap.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+constexpr double kSigmas = 3.0;
+// A point whose surface is turned farther from the camera than 75 degrees is not expected.
+constexpr float kCosFacing = 0.26F;
+// Normals of a match differ by at most 35 degrees: 30, and the sensor's own noise.
+constexpr float kCosNormal = 0.82F;
+// Mixed pixels: this near to an edge of the depth image nothing is counted.
+constexpr int kRim_px = 2;
+// A step in depth of this share, and of this many sigmas, is an edge.
+constexpr double kEdgeShare = 0.02;
+constexpr double kEdgeSigmas = 6.0;
+// Without a camera: points farther than this many spacings from the other cloud are outside of it.
+constexpr double kNearSpacings = 4.0;
+
+double share(double part, double whole) noexcept { return whole > 0.0 ? part / whole : 0.0; }
+
+/// Depth of a pixel of a grid, 0 where there is no point.
+float grid_z(const Surface& surface, int u, int v) noexcept {
+  const auto pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(surface.grid.width) +
+                     static_cast<std::size_t>(u);
+  const std::int32_t point = surface.grid.point_of[pixel];
+  return point < 0 ? 0.0F : surface.z[static_cast<std::size_t>(point)];
+}
+
+bool at_edge(const Surface& raw, int u, int v, double z, double sigma_m) noexcept {
+  const double step = std::max(kEdgeShare * z, kEdgeSigmas * sigma_m);
+  constexpr std::array<std::array<int, 2>, 4> kAround = {
+      {{kRim_px, 0}, {-kRim_px, 0}, {0, kRim_px}, {0, -kRim_px}}};
+  for (const auto& [du, dv] : kAround) {
+    const int nu = u + du;
+    const int nv = v + dv;
+    if (nu < 0 || nv < 0 || nu >= raw.grid.width || nv >= raw.grid.height) return true;
+    const double other = static_cast<double>(grid_z(raw, nu, nv));
+    if (!(other > 0.0) || std::fabs(other - z) > step) return true;
+  }
+  return false;
+}
+
+/// One direction of the test.
+class Direction {
+ public:
+  Direction(const OverlapView& moved, const OverlapView& fixed, const Pose& pose,
+            const OverlapTolerance& tolerance) noexcept
+      : moved_(moved),
+        fixed_(fixed),
+        tolerance_(tolerance),
+        rotation_(pose.linear().cast<float>()),
+        shift_(pose.translation().cast<float>()) {}
+
+  OverlapEvidence run() noexcept {
+    const Surface& points = *moved_.fine;
+    const Surface& raw = *fixed_.raw;
+    const bool camera = raw.organised() && raw.grid.intrinsics.valid() && raw.has_viewpoint;
+    for (std::size_t i = 0; i < points.size; ++i) {
+      if (!points.has_normal(i)) continue;
+      evidence_.points += 1.0;
+      const Vec3f p = rotation_ * points.point(i) + shift_;
+      const Vec3f normal = rotation_ * points.normal(i);
+      if (camera) {
+        test_by_camera(p, normal);
+      } else {
+        test_by_distance(p, normal);
+      }
+    }
+    return evidence_;
+  }
+
+ private:
+  void test_by_camera(const Vec3f& p, const Vec3f& normal) noexcept {
+    const Surface& raw = *fixed_.raw;
+    if (!(p.z() > 0.0F)) return;
+    const float range = p.norm();
+    const float cosine = -normal.dot(p) / range;
+    if (cosine < kCosFacing) return;
+    const Intrinsics& k = raw.grid.intrinsics;
+    const int u =
+        static_cast<int>(std::floor(k.fx * static_cast<double>(p.x() / p.z()) + k.cx + 0.5));
+    const int v =
+        static_cast<int>(std::floor(k.fy * static_cast<double>(p.y() / p.z()) + k.cy + 0.5));
+    if (u < 0 || v < 0 || u >= raw.grid.width || v >= raw.grid.height) return;
+    const double z = static_cast<double>(grid_z(raw, u, v));
+    if (!(z > 0.0)) {
+      evidence_.unknown += 1.0;
+      return;
+    }
+    // Both views err: the variances add.
+    const double sigma_m = tolerance_.sigma_per_m2 * z * z * std::sqrt(2.0);
+    if (at_edge(raw, u, v, z, sigma_m)) return;
+    const double off =
+        (z - static_cast<double>(p.z())) * static_cast<double>(range / p.z() * cosine);
+    const double limit = std::max(kSigmas * sigma_m, tolerance_.floor_m);
+    if (off > limit) {
+      evidence_.seen_through += 1.0;
+    } else if (off < -limit) {
+      evidence_.hidden += 1.0;
+    } else {
+      match(p, normal, off);
+    }
+  }
+
+  void match(const Vec3f& p, const Vec3f& normal, double off) noexcept {
+    const Surface& fine = *fixed_.fine;
+    const std::int32_t found =
+        fixed_.table->closest(p, static_cast<float>(kNearSpacings * fine.spacing_m));
+    const bool faces_elsewhere =
+        found >= 0 && fine.has_normal(static_cast<std::size_t>(found)) &&
+        fine.normal(static_cast<std::size_t>(found)).dot(normal) < kCosNormal;
+    if (faces_elsewhere) {
+      evidence_.misaligned += 1.0;
+      return;
+    }
+    evidence_.matched += 1.0;
+    evidence_.square_m2 += off * off;
+  }
+
+  void test_by_distance(const Vec3f& p, const Vec3f& normal) noexcept {
+    const Surface& fine = *fixed_.fine;
+    const std::int32_t found =
+        fixed_.table->closest(p, static_cast<float>(kNearSpacings * fine.spacing_m));
+    if (found < 0) {
+      evidence_.hidden += 1.0;
+      return;
+    }
+    const auto partner = static_cast<std::size_t>(found);
+    const Vec3f offset = p - fine.point(partner);
+    const double off = static_cast<double>(offset.dot(fine.normal(partner)));
+    const double z =
+        fixed_.raw->has_viewpoint ? static_cast<double>((p - fixed_.raw->viewpoint).norm()) : 0.0;
+    const double limit =
+        std::max(kSigmas * std::sqrt(2.0) * tolerance_.sigma_per_m2 * z * z, tolerance_.floor_m);
+    if (std::fabs(off) > limit) {
+      evidence_.misaligned += 1.0;
+    } else {
+      match(p, normal, off);
+    }
+  }
+
+  const OverlapView& moved_;
+  const OverlapView& fixed_;
+  const OverlapTolerance& tolerance_;
+  Eigen::Matrix3f rotation_;
+  Vec3f shift_;
+  OverlapEvidence evidence_;
+};
+
+/// Collects failing checks; the quality is the tightest check's room.
+class Checks {
+ public:
+  explicit Checks(RegistrationReport& report) noexcept : report_(report) {}
+
+  void at_least(Code code, double measured, double limit, double perfect) noexcept {
+    if (!(measured >= limit)) report_.reasons.push_back({code, measured, limit});
+    note((measured - limit) / std::max(perfect - limit, 1e-9));
+  }
+  void at_most(Code code, double measured, double limit) noexcept {
+    if (!(measured <= limit)) report_.reasons.push_back({code, measured, limit});
+    note((limit - measured) / std::max(limit, 1e-9));
+  }
+  [[nodiscard]] double quality() const noexcept { return std::clamp(0.5 + 0.5 * room_, 0.0, 1.0); }
+
+ private:
+  void note(double room) noexcept { room_ = std::min(room_, std::isfinite(room) ? room : -1.0); }
+
+  RegistrationReport& report_;
+  double room_ = 1.0;
+};
+
+}  // namespace
+
+double OverlapEvidence::matched_share() const noexcept {
+  return share(matched, matched + misaligned + seen_through);
+}
+double OverlapEvidence::seen_through_share() const noexcept {
+  return share(seen_through, matched + misaligned + seen_through);
+}
+double OverlapEvidence::overlap() const noexcept { return share(matched, points); }
+
+OverlapEvidence test_overlap(const OverlapView& moved, const OverlapView& fixed,
+                             const Pose& fixed_from_moved,
+                             const OverlapTolerance& tolerance) noexcept {
+  return Direction(moved, fixed, fixed_from_moved, tolerance).run();
+}
+
+double worth(const OverlapEvidence& forward, const OverlapEvidence& back) noexcept {
+  const auto one = [](const OverlapEvidence& e) {
+    return share(e.matched - e.misaligned - 2.0 * e.seen_through, e.points);
+  };
+  return one(forward) + one(back);
+}
+
+FieldTable overlap_fields() noexcept {
+  using P = OverlapParams;
+  static constexpr std::array kFields = {
+      number_field<&P::min_matched>("min_matched", "", 0.0, 1.0,
+                                    "matched share of the points that the other view should see"),
+      number_field<&P::min_overlap>("min_overlap", "", 0.0, 1.0, "matched share of all points"),
+      number_field<&P::min_area_ratio>("min_area_ratio", "squared sizes", 0.0, 1.0,
+                                       "matched surface"),
+      number_field<&P::max_seen_through>(
+          "max_seen_through", "", 0.0, 1.0,
+          "share of those points that the other camera sees through"),
+      number_field<&P::max_rmse_ratio>("max_rmse_ratio", "", 0.05, 1.0,
+                                       "deviation of matched points, share of the tolerance"),
+      number_field<&P::min_margin>("min_margin", "", 0.0, 1.0,
+                                   "distance to the second-best distinct pose"),
+      number_field<&P::max_sigma_ratio>("max_sigma_ratio", "sizes", 0.0, 1.0,
+                                        "predicted deviation, weakest direction"),
+      number_field<&P::max_sigma_rad>("max_sigma_rad", "rad", 0.0, 1.0,
+                                      "predicted deviation, weakest axis"),
+  };
+  return kFields;
+}
+
+void pass_overlap_verdict(const OverlapFindings& findings, const OverlapParams& params,
+                          RegistrationReport& report) noexcept {
+  const OverlapEvidence& forward = findings.forward;
+  const OverlapEvidence& back = findings.back;
+  const double matched = forward.matched + back.matched;
+  report.fitness = std::min(forward.matched_share(), back.matched_share());
+  report.coverage = std::min(forward.overlap(), back.overlap());
+  report.free_space_violation = std::max(forward.seen_through_share(), back.seen_through_share());
+  report.occluded = share(forward.hidden + back.hidden, forward.points + back.points);
+  report.unknown = share(forward.unknown + back.unknown, forward.points + back.points);
+  report.rmse_m = std::sqrt(share(forward.square_m2 + back.square_m2, matched));
+  report.margin = findings.margin;
+  report.sigma_m = findings.sigma_m;
+  report.sigma_rad = findings.sigma_rad;
+  report.reasons.clear();
+
+  Checks checks(report);
+  const double area_m2 = 0.5 * matched * findings.spacing_m * findings.spacing_m;
+  const double size_m = findings.size_m;
+  checks.at_least(Code::BelowFitness, report.fitness, params.min_matched, 1.0);
+  checks.at_least(Code::NoConsensus, report.coverage, params.min_overlap, 1.0);
+  checks.at_least(Code::TooFewPoints, area_m2, params.min_area_ratio * size_m * size_m,
+                  0.5 * size_m * size_m);
+  checks.at_most(Code::FreeSpaceViolated, report.free_space_violation, params.max_seen_through);
+  checks.at_most(Code::RefinementDiverged, report.rmse_m,
+                 params.max_rmse_ratio * findings.tolerance_m);
+  checks.at_least(Code::Ambiguous, findings.margin, params.min_margin, 1.0);
+  checks.at_most(Code::NotObservable, findings.sigma_m, params.max_sigma_ratio * size_m);
+  checks.at_most(Code::NotObservable, findings.sigma_rad, params.max_sigma_rad);
+  report.quality = checks.quality();
+  report.accepted = report.reasons.empty();
+  report.code = report.accepted ? Code::ObjectFound : report.reasons[0].code;
+}
+
+}  // namespace grapnel

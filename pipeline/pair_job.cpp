@@ -1,0 +1,328 @@
+#include "pipeline/pair_job.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.h"
+#include "pipeline/coarse/hypothesis_list.h"
+#include "pipeline/judge/covariance.h"
+#include "pipeline/refine/normal_equations.h"
+
+namespace grapnel {
+namespace {
+
+// Fine points are this much denser than the described ones.
+constexpr double kFinePerCoarse = 0.4;
+// Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller things.
+constexpr double kFloor_m = 0.004;
+constexpr double kFloorOfSize = 0.01;
+
+std::uint64_t hash_of(const Surface& surface, std::uint64_t seed) noexcept {
+  for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
+    seed = hash_bytes(std::as_bytes(plane.first(surface.size)), seed);
+  }
+  return seed;
+}
+
+/// Points and attributes without the grid. False when they do not fit.
+bool copy_points(const Surface& from, Surface& to) noexcept {
+  if (from.size > to.capacity()) return false;
+  to.clear();
+  to.size = from.size;
+  std::copy_n(from.x.begin(), from.size, to.x.begin());
+  std::copy_n(from.y.begin(), from.size, to.y.begin());
+  std::copy_n(from.z.begin(), from.size, to.z.begin());
+  std::copy_n(from.nx.begin(), from.size, to.nx.begin());
+  std::copy_n(from.ny.begin(), from.size, to.ny.begin());
+  std::copy_n(from.nz.begin(), from.size, to.nz.begin());
+  std::copy_n(from.intensity.begin(), from.size, to.intensity.begin());
+  to.viewpoint = from.viewpoint;
+  to.has_viewpoint = from.has_viewpoint;
+  to.spacing_m = from.spacing_m;
+  return true;
+}
+
+void measure(const Surface& raw, ViewIndex& view) noexcept {
+  view.centre = Vec3d::Zero();
+  for (std::size_t i = 0; i < raw.size; ++i) view.centre += raw.point(i).cast<double>();
+  view.centre /= static_cast<double>(raw.size);
+  double square = 0.0;
+  for (std::size_t i = 0; i < raw.size; ++i) {
+    square += (raw.point(i).cast<double>() - view.centre).squaredNorm();
+  }
+  view.size_m = 3.0 * std::sqrt(square / static_cast<double>(raw.size));
+}
+
+bool any_normal(const Surface& surface) noexcept {
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    if (surface.has_normal(i)) return true;
+  }
+  return false;
+}
+
+/// The same surface with another unit of distances.
+Surface with_spacing(const Surface& surface, double spacing_m) noexcept {
+  Surface other = surface;
+  other.spacing_m = spacing_m;
+  return other;
+}
+
+}  // namespace
+
+void ViewIndex::reserve(Arena& arena, const Limits& limits, std::size_t dimension,
+                        std::size_t max_fine, std::size_t max_voxels, std::size_t max_samples) {
+  fine.reserve(arena, max_fine, 0);
+  coarse.reserve(arena, limits.max_points, 0);
+  table.reserve(arena, max_voxels);
+  samples.reserve(arena, max_samples);
+  keypoints = KeypointSet(arena.take<Keypoint>(limits.max_keypoints));
+  features.reserve(arena, limits.max_keypoints, dimension);
+}
+
+PairJob::PairJob(RegistrarState& state, const JobContext& context) noexcept
+    : s_(state), p_(state.pair), context_(context), watch_(context, reports_), rng_(0) {}
+
+Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& target) noexcept {
+  reports_.seed =
+      static_cast<std::uint32_t>(hash_of(target, hash_of(source, s_.preset.fingerprint)));
+  rng_ = Rng(reports_.seed);
+  if (source.size < 10 || target.size < 10) return Error{Code::TooFewPoints, Stage::Organize, 0};
+  measure(source, p_.source);
+  measure(target, p_.target);
+  size_m_ = std::min(p_.source.size_m, p_.target.size_m);
+  centre_ = p_.source.centre;
+  if (!(size_m_ > 0.0)) return Error{Code::TooFewPoints, Stage::Organize, 1};
+  const GeneralParams& general = s_.stages.params.general;
+  const double spacing_m =
+      general.spacing_m > 0.0 ? general.spacing_m : general.spacing_ratio * size_m_;
+
+  if (const Status status = watch_.enter(Stage::Decimate); !status.ok()) return status.error();
+  if (const Status status = thin(source, spacing_m, p_.source); !status.ok()) return status.error();
+  if (const Status status = thin(target, spacing_m, p_.target); !status.ok()) return status.error();
+  if (const Status status = describe(p_.source, 1); !status.ok()) return status.error();
+  if (const Status status = describe(p_.target, 2); !status.ok()) return status.error();
+
+  RegistrationReport report;
+  if (const Status status = match(report); !status.ok()) return status.error();
+  if (const Status status = watch_.enter(Stage::Coarse); !status.ok()) return status.error();
+  propose();
+  report.counts.hypotheses = static_cast<std::uint32_t>(p_.proposed.size());
+  if (const Status status = watch_.enter(Stage::Refine); !status.ok()) return status.error();
+  settle();
+  verify(source, target);
+  if (const Status status = watch_.enter(Stage::Judge); !status.ok()) return status.error();
+  judge(source, target, report);
+  reports_.found = report.has_pose ? 1 : 0;
+  reports_.code = report.code;
+  reports_.counts = report.counts;
+  reports_.objects.push_back(report);
+  watch_.finish();
+  return reports_;
+}
+
+Status PairJob::thin(const Surface& raw, double spacing_m, ViewIndex& view) noexcept {
+  if (!copy_points(raw, p_.work)) {
+    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(raw.size)};
+  }
+  const bool own_normals = any_normal(raw);
+  const double fine_m = kFinePerCoarse * spacing_m;
+  if (const auto thinned = p_.voxel.apply(p_.work, fine_m, 0); !thinned.ok())
+    return thinned.error();
+  if (p_.work.size > view.fine.capacity()) {
+    const auto fewer = p_.voxel.apply(p_.work, 0.0, view.fine.capacity());
+    if (!fewer.ok()) return fewer.error();
+  }
+  if (!copy_points(p_.work, view.fine)) {
+    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(p_.work.size)};
+  }
+  view.fine.spacing_m = std::max(fine_m, p_.work.spacing_m);
+  if (const auto thinned = p_.voxel.apply(p_.work, spacing_m, 0); !thinned.ok()) {
+    return thinned.error();
+  }
+  if (p_.work.size > view.coarse.capacity()) {
+    const auto fewer = p_.voxel.apply(p_.work, 0.0, view.coarse.capacity());
+    if (!fewer.ok()) return fewer.error();
+  }
+  if (!copy_points(p_.work, view.coarse)) {
+    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(p_.work.size)};
+  }
+  view.coarse.spacing_m = spacing_m;
+
+  if (const Status status = watch_.enter(Stage::Normals); !status.ok()) return status;
+  for (Surface* surface : {&view.fine, &view.coarse}) {
+    if (const Status status = s_.renew_normals(*surface, own_normals); !status.ok()) return status;
+  }
+  view.table.build(view.fine, 6.0 * spacing_m);
+  return {};
+}
+
+Status PairJob::describe(ViewIndex& view, std::uint64_t stream) noexcept {
+  view.samples.draw(view.coarse, rng_.split(stream));
+  if (const Status status = watch_.enter(Stage::Keypoints); !status.ok()) return status;
+  if (!s_.stages.keypoints->detect(view.coarse, view.keypoints).ok()) view.keypoints.clear();
+  if (const Status status = watch_.enter(Stage::Descriptors); !status.ok()) return status;
+  if (!s_.stages.descriptors->describe(view.coarse, view.keypoints.span(), view.features).ok()) {
+    view.features.rows = 0;
+  }
+  return {};
+}
+
+Status PairJob::match(RegistrationReport& report) noexcept {
+  report.counts.source_points = static_cast<std::uint32_t>(p_.source.coarse.size);
+  report.counts.target_points = static_cast<std::uint32_t>(p_.target.coarse.size);
+  report.counts.source_keypoints = static_cast<std::uint32_t>(p_.source.keypoints.size());
+  report.counts.target_keypoints = static_cast<std::uint32_t>(p_.target.keypoints.size());
+  if (const Status status = watch_.enter(Stage::Match); !status.ok()) return status;
+  if (!s_.stages.match->match(p_.source.features, p_.target.features, s_.correspondences).ok()) {
+    s_.correspondences.clear();
+  }
+  report.counts.correspondences = static_cast<std::uint32_t>(s_.correspondences.size());
+  if (const Status status = watch_.enter(Stage::Reject); !status.ok()) return status;
+  const PairView pair{&p_.source.coarse, &p_.target.coarse, p_.source.keypoints.span(),
+                      p_.target.keypoints.span()};
+  Rng rng = rng_.split(3);
+  if (!s_.stages.reject->reject(pair, s_.correspondences, rng).ok()) s_.correspondences.clear();
+  report.counts.after_rejection = static_cast<std::uint32_t>(s_.correspondences.size());
+  report.budget_reached = p_.source.keypoints.overflowed() || p_.target.keypoints.overflowed() ||
+                          s_.correspondences.overflowed();
+  return {};
+}
+
+PoseScore PairJob::rating(double tolerance_m) const noexcept {
+  PoseScore::Scene scene;
+  scene.table = &p_.target.table;
+  scene.surface = &p_.target.fine;
+  scene.samples = &p_.target.samples;
+  return {{&p_.source.samples, &p_.source.table, &p_.source.fine},
+          scene,
+          static_cast<float>(tolerance_m)};
+}
+
+void PairJob::propose() noexcept {
+  p_.proposed.clear();
+  const PoseScore score = rating(s_.stages.params.search.coarse_tolerance_ratio * size_m_);
+  if (context_.has_initial) {
+    keep_best(p_.proposed, {context_.initial, score(context_.initial, SIZE_MAX)});
+  }
+  const PairView pair{&p_.source.coarse, &p_.target.coarse, p_.source.keypoints.span(),
+                      p_.target.keypoints.span()};
+  Rng rng = rng_.split(4);
+  // Without consensus there is nothing to refine, and the verdict says so.
+  (void)Ransac(s_.stages.params.coarse).generate(pair, s_.correspondences, score, rng, p_.proposed);
+}
+
+Result<RefinedPose> PairJob::refine(Icp& icp, const Surface& moving, double spacing_m,
+                                    const Pose& target_from_source) noexcept {
+  return icp.refine(moving, with_spacing(p_.target.fine, spacing_m), p_.target.table,
+                    target_from_source);
+}
+
+bool PairJob::distinct(const Pose& a, const Pose& b) const noexcept {
+  return displacement_m(a, b, centre_, 0.5 * size_m_) >
+         s_.stages.params.search.distinct_ratio * size_m_;
+}
+
+void PairJob::settle() noexcept {
+  p_.settled.clear();
+  Icp icp(s_.stages.params.refine_coarse);
+  const double spacing_m = p_.target.coarse.spacing_m;
+  const PoseScore score = rating(0.5 * s_.stages.params.search.coarse_tolerance_ratio * size_m_);
+  for (const Hypothesis& hypothesis : p_.proposed) {
+    const Result<RefinedPose> refined =
+        refine(icp, p_.source.coarse, spacing_m, hypothesis.target_from_source);
+    if (!refined.ok()) continue;
+    Hypothesis settled;
+    settled.target_from_source = refined.value().target_from_source;
+    settled.support = score(settled.target_from_source, SIZE_MAX);
+    bool merged = false;
+    for (Hypothesis& other : p_.settled) {
+      if (distinct(settled.target_from_source, other.target_from_source)) continue;
+      merged = true;
+      if (settled.support > other.support) other = settled;
+      break;
+    }
+    if (!merged) keep_best(p_.settled, settled);
+  }
+}
+
+void PairJob::verify(const Surface& source, const Surface& target) noexcept {
+  p_.candidates.clear();
+  Icp icp(s_.stages.params.refine);
+  const OverlapTolerance tolerance{s_.stages.params.general.sigma_1m_m,
+                                   std::min(kFloor_m, kFloorOfSize * size_m_)};
+  const OverlapView source_view{&source, &p_.source.fine, &p_.source.table};
+  const OverlapView target_view{&target, &p_.target.fine, &p_.target.table};
+  for (const Hypothesis& hypothesis : p_.settled) {
+    Result<RefinedPose> refined =
+        refine(icp, p_.source.fine, p_.target.coarse.spacing_m, hypothesis.target_from_source);
+    if (!refined.ok()) continue;
+    // Once more with the fine points' own distance as the unit.
+    Result<RefinedPose> finer =
+        refine(icp, p_.source.fine, p_.target.fine.spacing_m, refined.value().target_from_source);
+    PairCandidate candidate;
+    candidate.refined = finer.ok() ? finer.value() : refined.value();
+    const Pose& pose = candidate.refined.target_from_source;
+    candidate.forward = test_overlap(source_view, target_view, pose, tolerance);
+    candidate.back = test_overlap(target_view, source_view, pose.inverse(), tolerance);
+    candidate.worth = worth(candidate.forward, candidate.back);
+    bool merged = false;
+    for (PairCandidate& other : p_.candidates) {
+      if (distinct(pose, other.refined.target_from_source)) continue;
+      merged = true;
+      if (candidate.worth > other.worth) other = candidate;
+      break;
+    }
+    if (!merged) p_.candidates.push_back(candidate);
+  }
+  std::stable_sort(
+      p_.candidates.begin(), p_.candidates.end(),
+      [](const PairCandidate& a, const PairCandidate& b) { return a.worth > b.worth; });
+}
+
+double PairJob::margin() const noexcept {
+  if (p_.candidates.empty() || !(p_.candidates[0].worth > 0.0)) return 0.0;
+  for (std::size_t i = 1; i < p_.candidates.size(); ++i) {
+    if (!distinct(p_.candidates[i].refined.target_from_source,
+                  p_.candidates[0].refined.target_from_source)) {
+      continue;
+    }
+    return 1.0 - std::max(0.0, p_.candidates[i].worth) / p_.candidates[0].worth;
+  }
+  return 1.0;
+}
+
+void PairJob::judge(const Surface& source, const Surface& target,
+                    RegistrationReport& report) noexcept {
+  OverlapFindings findings;
+  findings.size_m = size_m_;
+  findings.spacing_m = std::max(p_.source.fine.spacing_m, p_.target.fine.spacing_m);
+  findings.tolerance_m = std::min(kFloor_m, kFloorOfSize * size_m_);
+  if (!p_.candidates.empty()) {
+    const PairCandidate& best = p_.candidates[0];
+    const Pose& pose = best.refined.target_from_source;
+    report.has_pose = true;
+    report.target_from_source = pose;
+    report.iterations = best.refined.iterations;
+    report.converged = best.refined.converged;
+    findings.forward = best.forward;
+    findings.back = best.back;
+    findings.margin = margin();
+    const bool cameras = source.has_viewpoint && target.has_viewpoint;
+    const double z_m = cameras ? (pose * centre_ - target.viewpoint.cast<double>()).norm() : 0.0;
+    const double sigma_m =
+        std::max(s_.stages.params.general.sigma_1m_m * z_m * z_m * std::sqrt(2.0),
+                 findings.tolerance_m / 3.0);
+    findings.tolerance_m = std::max(3.0 * sigma_m, findings.tolerance_m);
+    // A thinned point is the mean of readings that share an error: it counts once.
+    report.covariance = pose_covariance(best.refined, sigma_m, 1.0);
+    Pose frame = Pose::Identity();
+    frame.translation() = pose * centre_;
+    const Uncertainty uncertainty =
+        uncertainty_at(report.covariance, frame, required_directions({}, Symmetry::None));
+    findings.sigma_m = uncertainty.sigma_m;
+    findings.sigma_rad = uncertainty.sigma_rad;
+  }
+  pass_overlap_verdict(findings, s_.stages.params.overlap, report);
+}
+
+}  // namespace grapnel

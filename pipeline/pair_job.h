@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+
+#include "base/arena.h"
+#include "base/error.h"
+#include "base/rng.h"
+#include "pipeline/judge/overlap.h"
+#include "pipeline/registrar_state.h"
+
+namespace grapnel {
+
+/// One job B: a view carried onto another, the steps in their order. Lives as long as the job.
+class PairJob {
+ public:
+  PairJob(RegistrarState& state, const JobContext& context) noexcept;
+
+  Result<RegistrationReports> run(const Surface& source, const Surface& target) noexcept;
+
+ private:
+  Status thin(const Surface& raw, double spacing_m, ViewIndex& view) noexcept;
+  Status describe(ViewIndex& view, std::uint64_t stream) noexcept;
+  Status match(RegistrationReport& report) noexcept;
+  void propose() noexcept;
+  void settle() noexcept;
+  void verify(const Surface& source, const Surface& target) noexcept;
+  void judge(const Surface& source, const Surface& target, RegistrationReport& report) noexcept;
+  [[nodiscard]] Result<RefinedPose> refine(Icp& icp, const Surface& moving, double spacing_m,
+                                           const Pose& target_from_source) noexcept;
+  [[nodiscard]] bool distinct(const Pose& a, const Pose& b) const noexcept;
+  [[nodiscard]] double margin() const noexcept;
+  [[nodiscard]] PoseScore rating(double tolerance_m) const noexcept;
+
+  RegistrarState& s_;
+  PairState& p_;
+  const JobContext& context_;
+  RegistrationReports reports_;
+  JobWatch watch_;
+  Rng rng_;
+  double size_m_ = 0.0;           ///< of the smaller view
+  Vec3d centre_ = Vec3d::Zero();  ///< of the source
+};
+
+}  // namespace grapnel
