@@ -26,6 +26,24 @@ std::size_t select_within(const PointPlanes& points, std::span<const PointRange>
   return found;
 }
 
+void add_sphere_moments(const PointPlanes& points, std::span<const PointRange> ranges,
+                        const Sphere& sphere, PartialMoments& partial) noexcept {
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const float dx = points.x[i] - sphere.x;
+      const float dy = points.y[i] - sphere.y;
+      const float dz = points.z[i] - sphere.z;
+      if ((dx * dx + dy * dy) + dz * dz > sphere.squared_m2) continue;
+      const std::array<float, kMoments> terms = {1.0F,    dx,      dy,      dz,      dx * dx,
+                                                 dx * dy, dx * dz, dy * dy, dy * dz, dz * dz};
+      const std::int32_t lane = (i - range.begin) % kPartials;
+      for (std::size_t moment = 0; moment < terms.size(); ++moment) {
+        partial.sum[moment][lane] += terms[moment];
+      }
+    }
+  }
+}
+
 void median_row(const std::uint16_t* const* rows, int window, std::size_t width,
                 std::uint16_t* out) noexcept {
   const auto side = static_cast<std::size_t>(window);

@@ -16,6 +16,9 @@ namespace grapnel::kernels::reference {
 std::size_t select_within(const PointPlanes& points, std::span<const PointRange> ranges,
                           const Sphere& sphere, std::int32_t* position, float* squared_m2) noexcept;
 
+void add_sphere_moments(const PointPlanes& points, std::span<const PointRange> ranges,
+                        const Sphere& sphere, PartialMoments& partial) noexcept;
+
 void median_row(const std::uint16_t* const* rows, int window, std::size_t width,
                 std::uint16_t* out) noexcept;
 

@@ -38,6 +38,8 @@ namespace {
 
 constexpr double kAutoSalientSpacings = 6.0;
 constexpr double kAutoNonMaxSpacings = 4.0;
+/// Of the largest eigenvalue: below it the smallest is the rounding of float sums.
+constexpr double kRounding = 1e-6;
 
 }  // namespace
 
@@ -95,17 +97,12 @@ void IssDetector::measure_saliency(const Surface& surface, double salient_radius
   for (std::size_t i = 0; i < surface.size; ++i) {
     saliency_[i] = 0.0F;
     if (border_[i] != 0) continue;
-    const Neighbourhood around = search_.within(i, radius);
-    if (around.size() < static_cast<std::size_t>(params_.min_neighbours)) continue;
-    const Vec3d origin = surface.point(i).cast<double>();
-    Symmetric3 scatter;
-    for (const std::int32_t index : around.index) {
-      const Vec3d d = surface.point(static_cast<std::size_t>(index)).cast<double>() - origin;
-      scatter.add(d.x(), d.y(), d.z());
-    }
-    const Vec3d e = eigen_symmetric3(scatter).values;
+    const kernels::SphereMoments m = search_.moments(i, radius);
+    if (m.count < static_cast<float>(params_.min_neighbours)) continue;
+    const Vec3d e = eigenvalues_symmetric3(scatter(m));
     if (!(e[1] < params_.gamma_21 * e[2]) || !(e[0] < params_.gamma_32 * e[1])) continue;
-    const double saliency = params_.normalise ? e[0] / static_cast<double>(around.size()) : e[0];
+    if (!(e[0] > kRounding * e[2])) continue;
+    const double saliency = params_.normalise ? e[0] / static_cast<double>(m.count) : e[0];
     if (saliency > params_.min_third_eigenvalue_m2) saliency_[i] = static_cast<float>(saliency);
   }
 }

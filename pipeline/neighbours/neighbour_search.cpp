@@ -68,22 +68,18 @@ void NeighbourSearch::copy_points(const Surface& surface) noexcept {
   }
 }
 
-std::size_t NeighbourSearch::scan(const kernels::Sphere& sphere, float radius_m) noexcept {
-  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+template <class Use>
+void NeighbourSearch::for_ranges(const Vec3f& place, float radius_m,
+                                 const Use& use) const noexcept {
   std::array<PointRange, kRangesAtOnce> ranges;
   std::size_t pending = 0;
-  std::size_t found = 0;
-  const auto flush = [&] {
-    found += kernels::select_within(points, {ranges.data(), pending}, sphere, index_.data() + found,
-                                    squared_m2_.data() + found);
-    pending = 0;
-  };
   const auto add = [&](PointRange range) {
     if (range.begin == range.end) return;
     ranges[pending++] = range;
-    if (pending == kRangesAtOnce) flush();
+    if (pending < kRangesAtOnce) return;
+    use(std::span<const PointRange>(ranges));
+    pending = 0;
   };
-  const Vec3f place(sphere.x, sphere.y, sphere.z);
   if (on_grid_) {
     const WindowIndex::Window window = window_.window(place, radius_m);
     for (int row = window.top; row <= window.bottom; ++row) add(window_.stretch(window, row));
@@ -95,18 +91,35 @@ std::size_t NeighbourSearch::scan(const kernels::Sphere& sphere, float radius_m)
       }
     }
   }
-  flush();
-  return found;
+  if (pending > 0) use(std::span<const PointRange>(ranges).first(pending));
 }
 
 Neighbourhood NeighbourSearch::within(const Vec3f& place, float radius_m) noexcept {
   GRAPNEL_ASSERT(surface_ != nullptr);
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
-  const std::size_t found = scan(sphere, radius_m);
+  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+  std::size_t found = 0;
+  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
+    found += kernels::select_within(points, ranges, sphere, index_.data() + found,
+                                    squared_m2_.data() + found);
+  });
   if (!on_grid_) {
     for (std::size_t i = 0; i < found; ++i) index_[i] = cells_.point(index_[i]);
   }
   return {index_.first(found), squared_m2_.first(found)};
+}
+
+kernels::SphereMoments NeighbourSearch::moments(std::size_t point_i,
+                                                float radius_m) const noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr && point_i < surface_->size);
+  const Vec3f place = surface_->point(point_i);
+  const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
+  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+  kernels::PartialMoments partial{};
+  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
+    kernels::add_sphere_moments(points, ranges, sphere, partial);
+  });
+  return kernels::fold(partial);
 }
 
 Neighbourhood NeighbourSearch::within(std::size_t point_i, float radius_m) noexcept {
@@ -153,6 +166,21 @@ Neighbourhood NeighbourSearch::thin(Neighbourhood found, std::size_t count) noex
     squared_m2_[i] = squared_m2_[from];
   }
   return {index_.first(count), squared_m2_.first(count)};
+}
+
+Symmetric3 scatter(const kernels::SphereMoments& m) noexcept {
+  const auto wide = [](float value) { return static_cast<double>(value); };
+  return {wide(m.xx), wide(m.xy), wide(m.xz), wide(m.yy), wide(m.yz), wide(m.zz)};
+}
+
+Symmetric3 covariance(const kernels::SphereMoments& m) noexcept {
+  const double inverse = 1.0 / static_cast<double>(m.count);
+  const double x = static_cast<double>(m.x) * inverse;
+  const double y = static_cast<double>(m.y) * inverse;
+  const double z = static_cast<double>(m.z) * inverse;
+  const Symmetric3 s = scatter(m);
+  return {s.xx * inverse - x * x, s.xy * inverse - x * y, s.xz * inverse - x * z,
+          s.yy * inverse - y * y, s.yz * inverse - y * z, s.zz * inverse - z * z};
 }
 
 double mean_spacing_m(NeighbourSearch& search, const Surface& surface,

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "pipeline/limits.h"
 #include "pipeline/neighbours/cell_index.h"
+#include "pipeline/neighbours/symmetric3.h"
 #include "pipeline/neighbours/window_index.h"
 #include "pipeline/surface.h"
 
@@ -41,6 +42,10 @@ class NeighbourSearch {
   /// The `count` nearest points (fewer when the surface has fewer), nearest first, ties by index.
   [[nodiscard]] Neighbourhood nearest(const Vec3f& place, std::size_t count) noexcept;
 
+  /// Number, sums and sums of products of the offsets to all points within, in metres; the fast way
+  /// to a neighbourhood's scatter. Float: right to about 1e-6 of the largest product.
+  [[nodiscard]] kernels::SphereMoments moments(std::size_t point_i, float radius_m) const noexcept;
+
   /// Keeps `count` of the last neighbours, spread evenly over their list in place of cutting its
   /// end. The list itself when it is not longer.
   [[nodiscard]] Neighbourhood thin(Neighbourhood found, std::size_t count) noexcept;
@@ -49,7 +54,9 @@ class NeighbourSearch {
 
  private:
   void copy_points(const Surface& surface) noexcept;
-  std::size_t scan(const kernels::Sphere& sphere, float radius_m) noexcept;
+  /// Stretches of points that may lie in the sphere, in batches to `use(span of PointRange)`.
+  template <class Use>
+  void for_ranges(const Vec3f& place, float radius_m, const Use& use) const noexcept;
 
   const Surface* surface_ = nullptr;
   bool on_grid_ = false;
@@ -62,6 +69,11 @@ class NeighbourSearch {
   std::span<float> squared_m2_;
   std::span<std::uint64_t> by_distance_;
 };
+
+/// Sums of products about the point.
+[[nodiscard]] Symmetric3 scatter(const kernels::SphereMoments& moments) noexcept;
+/// Covariance about the neighbours' mean.
+[[nodiscard]] Symmetric3 covariance(const kernels::SphereMoments& moments) noexcept;
 
 /// Mean distance to the nearest other point over at most `samples` points spread evenly; 0 for
 /// fewer than two points. What `spacing_m` of a cloud is set from.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/math.h"
+
 namespace grapnel {
 
 namespace {
@@ -71,6 +73,46 @@ Eigen3 eigen_symmetric3(const Symmetric3& matrix) noexcept {
     }
   }
   return result;
+}
+
+Vec3d eigenvalues_symmetric3(const Symmetric3& m) noexcept {
+  const double q = (m.xx + m.yy + m.zz) / 3.0;
+  const double xx = m.xx - q;
+  const double yy = m.yy - q;
+  const double zz = m.zz - q;
+  const double squared =
+      (xx * xx + yy * yy + zz * zz) + 2.0 * (m.xy * m.xy + m.xz * m.xz + m.yz * m.yz);
+  const double p = std::sqrt(squared / 6.0);
+  if (!(p > 0.0)) return {q, q, q};
+  const double determinant = xx * (yy * zz - m.yz * m.yz) - m.xy * (m.xy * zz - m.yz * m.xz) +
+                             m.xz * (m.xy * m.yz - yy * m.xz);
+  const double r = std::clamp(determinant / (2.0 * p * p * p), -1.0, 1.0);
+  // The angle lies in 0…π/3, where the sine is the positive root.
+  const double c = math::cos(math::acos(r) / 3.0);
+  const double s = std::sqrt(std::max(0.0, 1.0 - c * c));
+  constexpr double kRoot3 = 1.7320508075688772;
+  const double largest = q + 2.0 * p * c;
+  const double smallest = q - p * (c + kRoot3 * s);
+  const double middle = std::clamp(3.0 * q - largest - smallest, smallest, largest);
+  return {smallest, middle, largest};
+}
+
+Vec3d smallest_eigenvector(const Symmetric3& m, const Vec3d& values) noexcept {
+  // Below this gap the cross products are rounding; the rotations are not.
+  constexpr double kMinGap = 1e-5;
+  if (!(values[1] - values[0] > kMinGap * values[2])) return eigen_symmetric3(m).vectors.col(0);
+  const Vec3d a(m.xx - values[0], m.xy, m.xz);
+  const Vec3d b(m.xy, m.yy - values[0], m.yz);
+  const Vec3d c(m.xz, m.yz, m.zz - values[0]);
+  Vec3d best = a.cross(b);
+  double squared = best.squaredNorm();
+  for (const Vec3d& other : {Vec3d(a.cross(c)), Vec3d(b.cross(c))}) {
+    const double other_squared = other.squaredNorm();
+    if (other_squared <= squared) continue;
+    best = other;
+    squared = other_squared;
+  }
+  return best / std::sqrt(squared);
 }
 
 }  // namespace grapnel

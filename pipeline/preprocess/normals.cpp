@@ -33,9 +33,9 @@ Vec3d centroid(const Surface& surface) noexcept {
   return sum / static_cast<double>(surface.size);
 }
 
-/// Covariance of the neighbours, summed about the point itself against cancellation.
-Symmetric3 covariance(const Surface& surface, std::size_t point_i,
-                      const Neighbourhood& around) noexcept {
+/// Moments of a list of neighbours about the point, in double.
+Symmetric3 covariance_of(const Surface& surface, std::size_t point_i,
+                         const Neighbourhood& around) noexcept {
   const Vec3d origin = surface.point(point_i).cast<double>();
   Symmetric3 sum;
   Vec3d mean = Vec3d::Zero();
@@ -69,22 +69,28 @@ Status PcaNormals::estimate(Surface& surface) noexcept {
   curvature_ = curvature_memory_.first(surface.size);
   const Vec3d middle =
       surface.has_viewpoint ? Vec3d(surface.viewpoint.cast<double>()) : centroid(surface);
+  const auto needed = static_cast<std::size_t>(params_.min_neighbours);
   for (std::size_t i = 0; i < surface.size; ++i) {
-    const Neighbourhood around =
-        params_.k > 0 ? search_.nearest(surface.point(i), static_cast<std::size_t>(params_.k))
-                      : search_.within(i, static_cast<float>(radius));
+    Symmetric3 spread;
+    std::size_t count = 0;
+    if (params_.k > 0) {
+      const Neighbourhood around =
+          search_.nearest(surface.point(i), static_cast<std::size_t>(params_.k));
+      count = around.size();
+      spread = covariance_of(surface, i, around);
+    } else {
+      const kernels::SphereMoments moments = search_.moments(i, static_cast<float>(radius));
+      count = static_cast<std::size_t>(moments.count);
+      spread = covariance(moments);
+    }
     Vec3d normal = Vec3d::Zero();
     double variation = 0.0;
-    if (around.size() >= static_cast<std::size_t>(params_.min_neighbours)) {
-      const Eigen3 eigen = eigen_symmetric3(covariance(surface, i, around));
-      if (eigen.values[1] > kLineRatio * eigen.values[2]) {
-        normal = eigen.vectors.col(0);
-        const double sum = eigen.values.sum();
-        variation = sum > 0.0 ? std::max(0.0, eigen.values[0]) / sum : 0.0;
-        const Vec3d to_middle = middle - surface.point(i).cast<double>();
-        const double toward = normal.dot(to_middle);
-        if (surface.has_viewpoint ? toward < 0.0 : toward > 0.0) normal = -normal;
-      }
+    const Vec3d values = eigenvalues_symmetric3(spread);
+    if (count >= needed && values[1] > kLineRatio * values[2]) {
+      normal = smallest_eigenvector(spread, values);
+      variation = std::max(0.0, values[0]) / values.sum();
+      const double toward = normal.dot(middle - surface.point(i).cast<double>());
+      if (surface.has_viewpoint ? toward < 0.0 : toward > 0.0) normal = -normal;
     }
     surface.nx[i] = static_cast<float>(normal.x());
     surface.ny[i] = static_cast<float>(normal.y());

@@ -146,6 +146,14 @@ TEST_P(Kernel, SelectionWithinASphereHasTheSameBitsAsPlainLoops) {
     for (auto* list : {&distance, &expected_distance}) list->resize(found);
     EXPECT_EQ(index, expected_index);
     expect_same_bits(distance, expected_distance);
+    kernels::PartialMoments partial{};
+    kernels::PartialMoments plain{};
+    for (int twice = 0; twice < 2; ++twice) {
+      kernels::add_sphere_moments(points, ranges, sphere, partial);
+      kernels::reference::add_sphere_moments(points, ranges, sphere, plain);
+    }
+    EXPECT_EQ(std::memcmp(&partial, &plain, sizeof partial), 0);
+    EXPECT_EQ(kernels::fold(partial).count, static_cast<float>(2 * found));
   }
 }
 

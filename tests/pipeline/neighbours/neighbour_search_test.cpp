@@ -198,5 +198,31 @@ TEST(Symmetric3, EigenvaluesAndVectorsRebuildTheMatrix) {
   EXPECT_EQ(eigen_symmetric3(Symmetric3{}).values, Vec3d(Vec3d::Zero()));
 }
 
+TEST(Symmetric3, ClosedFormAgreesWithTheRotations) {
+  Rng rng(21);
+  for (int trial = 0; trial < 5000; ++trial) {
+    // Flat, thin, round and stretched neighbourhoods, in any direction.
+    const double flat = trial % 3 == 0 ? 1e-4 : 0.3;
+    const double thin = trial % 5 == 0 ? 1.0 : 0.2;
+    const Mat3d turn = rotation_from_vector({rng.normal(), rng.normal(), rng.normal()});
+    Symmetric3 m;
+    for (int i = 0; i < 10; ++i) {
+      const Vec3d d = turn * Vec3d(rng.normal(), thin * rng.normal(), flat * rng.normal());
+      m.add(d.x(), d.y(), d.z());
+    }
+    const Eigen3 e = eigen_symmetric3(m);
+    const Vec3d values = eigenvalues_symmetric3(m);
+    const double gap = (e.values[1] - e.values[0]) / e.values[2];
+    ASSERT_NEAR(values[0], e.values[0], std::min(1e-7, 1e-14 / gap) * e.values[2]);
+    ASSERT_NEAR(values[1], e.values[1], 1e-7 * e.values[2]);
+    ASSERT_NEAR(values[2], e.values[2], 1e-7 * e.values[2]);
+    const Vec3d normal = smallest_eigenvector(m, values);
+    ASSERT_NEAR(normal.norm(), 1.0, 1e-14);
+    // Rounding over the gap to the next eigenvalue.
+    ASSERT_LT(normal.cross(e.vectors.col(0)).norm(), 1e-13 / gap);
+  }
+  EXPECT_EQ(eigenvalues_symmetric3(Symmetric3{}), Vec3d(Vec3d::Zero()));
+}
+
 }  // namespace
 }  // namespace grapnel
