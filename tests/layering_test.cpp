@@ -34,7 +34,9 @@ std::vector<Include> includes_of(const fs::path& folder) {
     for (std::string line; std::getline(stream, line);) {
       std::smatch match;
       if (!std::regex_search(line, match, kLine)) continue;
-      found.push_back({fs::relative(entry.path(), kRoot), match[2], match[1] == "\""});
+      // Highway's headers that are read again for every target are named in quotes.
+      const bool ours = match[1] == "\"" && !match[2].str().starts_with("hwy/");
+      found.push_back({fs::relative(entry.path(), kRoot), match[2], ours});
     }
   }
   return found;
@@ -63,10 +65,12 @@ TEST(Layering, FoldersIncludeOnlyWhatTheArrowsAllow) {
   EXPECT_GT(seen, 50) << "the test no longer reads the tree";
 }
 
-TEST(Layering, TheWorkbenchTakesOnlyTheSettingsOfTheDaemon) {
+TEST(Layering, TheWorkbenchTakesOnlySettingsAndTheirCheckOfTheDaemon) {
   for (const Include& include : includes_of("workbench")) {
     if (!include.ours || first_part(include.name) != "firmware_app") continue;
-    EXPECT_EQ(include.name, "firmware_app/settings.h") << include.file;
+    EXPECT_TRUE(include.name == "firmware_app/settings.h" ||
+                include.name == "firmware_app/memory_plan.h")
+        << include.file << " includes " << include.name;
   }
 }
 

@@ -17,6 +17,19 @@ namespace {
 constexpr int kUsage = 2;
 
 constexpr std::array kCommands = {
+    Command{"register", run_register,
+            "move SOURCE onto TARGET and say whether the pose can be trusted"},
+    Command{"filter", run_filter, "remove or merge points of a cloud"},
+    Command{"normals", run_normals, "estimate a normal for every point"},
+    Command{"keypoints", run_keypoints, "find interest points"},
+    Command{"describe", run_describe, "describe points by their surroundings"},
+    Command{"match", run_match, "pair descriptors that are near"},
+    Command{"reject", run_reject, "remove pairs that belong to no common motion"},
+    Command{"evaluate", run_evaluate, "run presets over a suite of cases with known truth"},
+    Command{"teach", run_teach, "fuse frames of known pose into a model"},
+    Command{"check", run_check, "check a configuration or a preset without running it"},
+    Command{"describe-preset", run_describe_preset,
+            "print every key of a preset with unit, range, default and help"},
     Command{"import", run_import, "bring a foreign recording into the TUM layout"},
     Command{"plc", run_plc, "a PLC emulator: triggers over Modbus and prints each result"},
     Command{"simulate", run_simulate, "render a conveyor scene into a recording with its truth"},

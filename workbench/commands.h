@@ -17,9 +17,20 @@ struct Command {
   const char* summary;  ///< half a sentence for `grapnel --help`
 };
 
+int run_check(std::span<const std::string> args);
+int run_describe(std::span<const std::string> args);
+int run_describe_preset(std::span<const std::string> args);
+int run_evaluate(std::span<const std::string> args);
+int run_filter(std::span<const std::string> args);
 int run_import(std::span<const std::string> args);
+int run_keypoints(std::span<const std::string> args);
+int run_match(std::span<const std::string> args);
+int run_normals(std::span<const std::string> args);
 int run_plc(std::span<const std::string> args);
+int run_register(std::span<const std::string> args);
+int run_reject(std::span<const std::string> args);
 int run_simulate(std::span<const std::string> args);
+int run_teach(std::span<const std::string> args);
 
 /// Every subcommand, in the order of `grapnel --help`.
 [[nodiscard]] std::span<const Command> commands() noexcept;
