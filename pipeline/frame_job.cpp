@@ -10,7 +10,9 @@ namespace grapnel {
 namespace {
 
 // The outline of a pose beside the object, and free space around it, must be inside of the box.
-constexpr int kBoxMargin_px = 24;
+constexpr double kBoxMargin = 0.2;  // diameters
+// Pixels of the view that poses are tested in, diameters: about 120 across a part.
+constexpr double kViewPitch = 0.008;
 // Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller parts.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfDiameter = 0.01;
@@ -23,30 +25,48 @@ std::uint64_t hash_of(const DepthFrame& frame, std::uint64_t seed) noexcept {
   return seed;
 }
 
+bool ranks_before(const RegistrationReport& a, const RegistrationReport& b) noexcept {
+  if (a.accepted != b.accepted) return a.accepted;
+  // Rejected ones: by how much of the model was seen.
+  return a.accepted
+             ? a.quality > b.quality
+             : a.fitness - 2.0 * a.free_space_violation > b.fitness - 2.0 * b.free_space_violation;
+}
+
 }  // namespace
 
 FrameJob::FrameJob(RegistrarState& state, const JobContext& context) noexcept
-    : s_(state), context_(context), watch_(context, reports_), rng_(0) {}
+    : s_(state), context_(context), watch_(context, reports_), rng_(0) {
+  for (const ModelIndex& model : s_.models) {
+    if (smallest_diameter_m_ == 0.0 || model.diameter_m < smallest_diameter_m_) {
+      smallest_diameter_m_ = model.diameter_m;
+    }
+  }
+}
 
 Result<RegistrationReports> FrameJob::run(const DepthFrame& frame) noexcept {
   if (const Status status = prepare(frame); !status.ok()) return status.error();
   if (const Status status = find_objects(frame); !status.ok()) return status.error();
 
-  const std::size_t looked_at =
-      std::min(s_.components.size(), s_.stages.params.general.max_components);
-  for (std::size_t i = 0; i < looked_at; ++i) {
-    const Component& component = s_.components[i];
-    const auto label = static_cast<std::uint8_t>(i + 1);
-    const Status described = describe(frame, component, label);
+  const std::size_t wanted = wanted_objects();
+  std::uint32_t used = 0;  // components that belong to an accepted object
+  std::size_t looked_at = 0;
+  for (const ObjectGroup& group : s_.groups.groups()) {
+    if ((group.members & used) != 0) continue;
+    if (accepted_ >= wanted || looked_at++ >= s_.stages.params.general.max_components) break;
+    s_.groups.select(group, s_.work);
+    const Status described = describe(frame, group);
     if (!described.ok()) {
       if (described.error().code == Code::TooFewPoints) continue;
       return described.error();
     }
-    bool reported = false;
-    if (const Status status = register_models(reported); !status.ok()) return status.error();
-    if (reported) ++reports_.found;
+    bool accepted = false;
+    if (const Status status = register_models(accepted); !status.ok()) return status.error();
+    if (!accepted) continue;
+    ++accepted_;
+    used |= group.members;
   }
-  rank();
+  conclude();
   watch_.finish();
   return reports_;
 }
@@ -107,14 +127,27 @@ Status FrameJob::prepare(const DepthFrame& frame) noexcept {
 Status FrameJob::find_objects(const DepthFrame&) noexcept {
   if (const Status status = watch_.enter(Stage::Segment); !status.ok()) return status;
   s_.stages.segment.apply(s_.work, s_.components);
-  if (!s_.components.empty()) return {};
+  double diameter_m = 0.0;
+  double least_m2 = 1e9;
+  double most_m2 = 0.0;
+  const GeneralParams& general = s_.stages.params.general;
+  for (const ModelIndex& model : s_.models) {
+    diameter_m = std::max(diameter_m, model.diameter_m);
+    least_m2 = std::min(least_m2, static_cast<double>(model.templates.least_area_m2()));
+    most_m2 = std::max(most_m2, static_cast<double>(model.templates.most_area_m2()));
+  }
+  const double limit_m2 =
+      general.max_visible_ratio > 0.0 ? general.max_visible_ratio * most_m2 : 1e9;
+  s_.groups.find(s_.work, s_.components,
+                 {diameter_m, general.min_visible_ratio * least_m2, limit_m2});
+  reports_.found = static_cast<std::uint32_t>(s_.groups.groups().size());
+  if (!s_.groups.groups().empty()) return {};
   return Error{Code::RoiEmpty, Stage::Segment, static_cast<std::int32_t>(s_.background.foreground)};
 }
 
-Status FrameJob::describe(const DepthFrame& frame, const Component& component,
-                          std::uint8_t label) noexcept {
+Status FrameJob::describe(const DepthFrame& frame, const ObjectGroup& group) noexcept {
   if (const Status status = watch_.enter(Stage::Decimate); !status.ok()) return status;
-  const Result<int> stride = decimate(s_.work, label, frame.color, s_.stages.params.decimate,
+  const Result<int> stride = decimate(s_.work, group.label, frame.color, s_.stages.params.decimate,
                                       s_.spacing_m, s_.object.surface);
   if (!stride.ok()) return stride.error();
   Surface& surface = s_.object.surface;
@@ -136,6 +169,12 @@ Status FrameJob::describe(const DepthFrame& frame, const Component& component,
     s_.object.features.rows = 0;
   }
 
+  view_component(group.whole, group.label);
+  s_.edges.build(view_);
+  return {};
+}
+
+void FrameJob::view_component(const Component& component, std::uint8_t label) noexcept {
   view_ = {};
   view_.intrinsics = s_.work.intrinsics;
   view_.depth = s_.work.depth;
@@ -143,13 +182,15 @@ Status FrameJob::describe(const DepthFrame& frame, const Component& component,
   view_.label = s_.work.label;
   view_.object = label;
   view_.noise.sigma_per_m2 = static_cast<float>(s_.stages.params.general.sigma_1m_m);
-  view_.working = &surface;
-  view_.box = {std::max(0, component.left - kBoxMargin_px),
-               std::max(0, component.top - kBoxMargin_px),
-               std::min(view_.depth.width, component.right + kBoxMargin_px),
-               std::min(view_.depth.height, component.bottom + kBoxMargin_px)};
-  s_.edges.build(view_);
-  return {};
+  view_.working = &s_.object.surface;
+  const double pixels_per_m = view_.intrinsics.fx / component.mean_depth_m;
+  const int margin_px = static_cast<int>(kBoxMargin * smallest_diameter_m_ * pixels_per_m) + 1;
+  view_.box = {std::max(0, component.left - margin_px), std::max(0, component.top - margin_px),
+               std::min(view_.depth.width, component.right + margin_px),
+               std::min(view_.depth.height, component.bottom + margin_px)};
+  const int stride =
+      std::clamp(static_cast<int>(kViewPitch * smallest_diameter_m_ * pixels_per_m), 1, 8);
+  s_.thinned.thin(view_, stride);
 }
 
 MeasuredObject FrameJob::measured() noexcept {
@@ -164,14 +205,11 @@ MeasuredObject FrameJob::measured() noexcept {
   return object;
 }
 
-Status FrameJob::register_models(bool& reported) noexcept {
+Status FrameJob::register_models(bool& accepted) noexcept {
   RegistrationReport best;
+  bool reported = false;
   for (std::size_t i = 0; i < s_.models.size(); ++i) {
     if (i < 32 && (context_.model_mask >> i & 1U) == 0) continue;
-    const double area_m2 =
-        static_cast<double>(s_.object.surface.size) * s_.spacing_m * s_.spacing_m;
-    const double diameter_m = s_.models[i].diameter_m;
-    if (area_m2 < s_.stages.params.general.min_area_ratio * diameter_m * diameter_m) continue;
     RegistrationReport report;
     if (const Status status = register_model(i, report); !status.ok()) return status;
     const bool better = !reported || (report.accepted && !best.accepted) ||
@@ -179,8 +217,17 @@ Status FrameJob::register_models(bool& reported) noexcept {
     if (better) best = report;
     reported = true;
   }
-  if (reported) reports_.objects.push_back(best);
+  accepted = reported && best.accepted;
+  if (reported) keep_report(best);
   return {};
+}
+
+/// A full list gives its weakest for a better one.
+void FrameJob::keep_report(const RegistrationReport& report) noexcept {
+  if (reports_.objects.push_back(report)) return;
+  rank();
+  RegistrationReport& last = reports_.objects[reports_.objects.size() - 1];
+  if (ranks_before(report, last)) last = report;
 }
 
 Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report) noexcept {
@@ -266,15 +313,19 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
   pass_verdict(findings, s_.stages.params.verdict, report);
 }
 
-void FrameJob::rank() noexcept {
-  std::stable_sort(reports_.objects.begin(), reports_.objects.end(),
-                   [](const RegistrationReport& a, const RegistrationReport& b) {
-                     if (a.accepted != b.accepted) return a.accepted;
-                     return a.quality > b.quality;
-                   });
+std::size_t FrameJob::wanted_objects() const noexcept {
   const std::size_t wanted =
       context_.max_objects > 0 ? context_.max_objects : s_.preset.max_objects;
-  if (reports_.objects.size() > wanted) reports_.objects.resize(wanted);
+  return std::clamp<std::size_t>(wanted, 1, 8);
+}
+
+void FrameJob::rank() noexcept {
+  std::stable_sort(reports_.objects.begin(), reports_.objects.end(), ranks_before);
+}
+
+void FrameJob::conclude() noexcept {
+  rank();
+  if (reports_.objects.size() > wanted_objects()) reports_.objects.resize(wanted_objects());
   reports_.code = Code::RoiEmpty;
   if (reports_.objects.empty()) return;
   reports_.code = reports_.objects[0].code;

@@ -22,11 +22,15 @@ class FrameJob {
  private:
   Status prepare(const DepthFrame& frame) noexcept;
   Status find_objects(const DepthFrame& frame) noexcept;
-  Status describe(const DepthFrame& frame, const Component& component, std::uint8_t label) noexcept;
-  Status register_models(bool& reported) noexcept;
+  Status describe(const DepthFrame& frame, const ObjectGroup& group) noexcept;
+  void view_component(const Component& component, std::uint8_t label) noexcept;
+  Status register_models(bool& accepted) noexcept;
   Status register_model(std::size_t model_i, RegistrationReport& report) noexcept;
   void judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
+  void keep_report(const RegistrationReport& report) noexcept;
+  [[nodiscard]] std::size_t wanted_objects() const noexcept;
   void rank() noexcept;
+  void conclude() noexcept;
   [[nodiscard]] MeasuredObject measured() noexcept;
 
   RegistrarState& s_;
@@ -36,6 +40,8 @@ class FrameJob {
   Rng rng_;
   DepthView view_;
   Vec3d middle_ = Vec3d::Zero();
+  double smallest_diameter_m_ = 0.0;
+  std::size_t accepted_ = 0;
 };
 
 }  // namespace grapnel

@@ -11,6 +11,11 @@
 namespace grapnel {
 namespace {
 
+// Measured normals come from neighbours this many spacings around.
+constexpr double kNormalReach = 3.0;
+// Length of the mean normal above which a neighbourhood is flat: within about 15 degrees.
+constexpr float kFlat = 0.97F;
+
 struct CellEntry {
   std::uint64_t key = 0;
   std::uint32_t index = 0;
@@ -84,6 +89,21 @@ void bounds(const Model& model, Vec3d& low, Vec3d& high) {
   }
 }
 
+/// The mean normal of the coarse points around shortens where they differ.
+void find_flat(const Surface& fine, const Surface& coarse, std::span<std::uint8_t> flat) {
+  const auto radius_m = static_cast<float>(kNormalReach * coarse.spacing_m);
+  for (std::size_t i = 0; i < fine.size; ++i) {
+    Vec3f sum = Vec3f::Zero();
+    float count = 0.0F;
+    for (std::size_t j = 0; j < coarse.size; ++j) {
+      if ((coarse.point(j) - fine.point(i)).squaredNorm() > radius_m * radius_m) continue;
+      sum += coarse.normal(j);
+      count += 1.0F;
+    }
+    flat[i] = count > 0.0F && sum.norm() > kFlat * count ? 1 : 0;
+  }
+}
+
 Mat3d principal_axes(const Surface& surface) {
   Vec3d mean = Vec3d::Zero();
   Mat3d square = Mat3d::Zero();
@@ -134,7 +154,9 @@ void thin_model(const Model& model, double min_spacing_m, Surface& out) {
 
 void ModelIndex::reserve(Arena& arena, const Model& model, const ModelIndexParams& params,
                          const Limits& limits, std::size_t descriptor_dimension) {
-  fine.reserve(arena, std::min(model.size(), params.surface_points), 0);
+  const std::size_t fine_points = std::min(model.size(), params.surface_points);
+  fine.reserve(arena, fine_points, 0);
+  flat = arena.take<std::uint8_t>(fine_points);
   table.reserve(arena, params.table_voxels);
   samples.reserve(arena, params.samples);
   templates.reserve(arena, params.templates);
@@ -153,6 +175,7 @@ void ModelIndex::build(const Model& model, const ModelIndexParams& params, doubl
   diameter_m = (high - low).norm();
   symmetry = model.symmetry;
   axes = principal_axes(fine);
+  find_flat(fine, coarse, flat);
   table.build(fine, 0.15 * diameter_m);
   samples.draw(fine, Rng(model.hash));
   templates.build(fine, params.templates);

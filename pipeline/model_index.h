@@ -27,6 +27,8 @@ struct ModelIndexParams {
 /// What the pipeline uses of a model, carved into fixed memory and built once, at load.
 struct ModelIndex {
   Surface fine;  ///< thinned to an even spacing, in the model's frame
+  /// Of each fine point: 1 where the surface around it, as far as measured normals look, is flat.
+  std::span<std::uint8_t> flat;
   ClosestPointTable table;
   SampleSet samples;
   ViewTemplates templates;

@@ -92,6 +92,7 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   stages.median.reserve(arena, limits);
   stages.background.reserve(arena, limits);
   stages.segment.reserve(arena, limits);
+  groups.reserve(arena, limits);
   part("preprocessing");
   stages.normals->reserve(arena, limits);
   stages.keypoints->reserve(arena, limits);
@@ -103,6 +104,7 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   stages.reject->reserve(arena, limits);
   correspondences = Correspondences(arena.take<Correspondence>(limits.max_correspondences));
   part("correspondences");
+  thinned.reserve(arena, pixels);
   edges.reserve(arena, pixels);
   search.reserve(arena, limits, stages.params.model.surface_points);
   part("search and judge");

@@ -13,6 +13,7 @@
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/model_index.h"
 #include "pipeline/pair_state.h"
+#include "pipeline/object_groups.h"
 #include "pipeline/preprocess/segment.h"
 #include "pipeline/preprocess/working_depth.h"
 #include "pipeline/registrar.h"
@@ -72,7 +73,9 @@ struct RegistrarState {
   WorkingDepth work;
   std::span<std::uint16_t> depth_of_cloud;  ///< an organised cloud as a depth image
   Components components;
+  ObjectGroups groups;
   BackgroundReport background;
+  ThinnedDepth thinned;
   EdgeMap edges;
   DescribedSurface object;
   Correspondences correspondences;

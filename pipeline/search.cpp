@@ -9,6 +9,15 @@
 namespace grapnel {
 namespace {
 
+// A pose rated this much below the best is not worth a look.
+constexpr double kHopeless = 0.6;
+// A quick rating of 2 is perfect; a part half hidden still gets more than this.
+constexpr double kUnlikely = 0.8;
+// A first look allows for poses that are not fine yet: times the match tolerance.
+constexpr double kFirstLook = 3.0;
+// Poses below this share of the best one's worth can't become its rivals by refinement.
+constexpr double kAlternative = 0.4;
+
 PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
                  double tolerance_m) noexcept {
   PoseScore::Model source{&model.samples, &model.table, &model.fine};
@@ -17,6 +26,21 @@ PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
   scene.samples = object.samples;
   return {source, scene, static_cast<float>(tolerance_m)};
 }
+
+/// One look-up instead of eight: near enough while poses are still coarse.
+class QuickTable final : public ClosestSurface {
+ public:
+  explicit QuickTable(const ModelIndex& model) noexcept : model_(model) {}
+  [[nodiscard]] std::int32_t closest(const Vec3f& p, float max_distance_m) const noexcept override {
+    const std::int32_t found = model_.table.nearby(p);
+    if (found < 0) return found;
+    const Vec3f gap = model_.fine.point(static_cast<std::size_t>(found)) - p;
+    return gap.squaredNorm() <= max_distance_m * max_distance_m ? found : -1;
+  }
+
+ private:
+  const ModelIndex& model_;
+};
 
 /// The refiners carry the measured points onto the model; the pipeline speaks of the inverse.
 RefinedPose inverted(const RefinedPose& model_from_target) noexcept {
@@ -33,7 +57,8 @@ FieldTable search_fields() noexcept {
   using P = SearchParams;
   static constexpr std::array kFields = {
       number_field<&P::kept>("kept", "", 1, 1024, "poses carried to coarse refinement"),
-      number_field<&P::finalists>("finalists", "", 1, 64, "poses carried to fine refinement"),
+      number_field<&P::finalists>("finalists", "", 1, 64, "poses carried to a first verification"),
+      number_field<&P::winners>("winners", "", 1, 64, "poses carried to fine refinement"),
       number_field<&P::coarse_tolerance_ratio>("coarse_tolerance_ratio", "diameters", 0.001, 0.5,
                                                "what counts as met in a first rating"),
       bool_field<&P::siblings>("siblings", "try the half turns of the best pose as alternatives"),
@@ -50,7 +75,8 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
   render_.reserve(arena, pixels, 4096);
   proposed_ = Hypotheses(arena.take<Hypothesis>(params_.kept));
   settled_ = Hypotheses(arena.take<Hypothesis>(params_.finalists));
-  candidates_ = FixedList<Candidate>(arena.take<Candidate>(params_.finalists + 4));
+  candidates_ =
+      FixedList<Candidate>(arena.take<Candidate>(params_.finalists + params_.winners + 4));
 }
 
 void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
@@ -75,11 +101,13 @@ bool ObjectSearch::distinct(const ModelIndex& model, const Pose& a, const Pose& 
 
 void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object) noexcept {
   settled_.clear();
+  const QuickTable table(model);
+  const Surface fixed = model.fixed();
   const PoseScore score =
       rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
   for (const Hypothesis& hypothesis : proposed_) {
-    const Result<RefinedPose> refined = coarse_icp_.refine(
-        *object.surface, model.fixed(), model.table, hypothesis.target_from_source.inverse());
+    const Result<RefinedPose> refined =
+        coarse_icp_.refine(*object.surface, fixed, table, hypothesis.target_from_source.inverse());
     if (!refined.ok()) continue;
     Hypothesis settled;
     settled.target_from_source = refined.value().target_from_source.inverse();
@@ -112,43 +140,87 @@ void ObjectSearch::keep_candidate(const ModelIndex& model, const Candidate& cand
   candidates_.push_back(candidate);
 }
 
-void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& object,
-                               const Pose& start, double floor_m) noexcept {
+bool ObjectSearch::refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
+                          RefinedPose& refined) noexcept {
   const Result<RefinedPose> fine =
       fine_icp_.refine(*object.surface, model.fixed(), model.table, start.inverse());
-  if (!fine.ok()) return;
-  Candidate candidate;
-  candidate.refined = inverted(fine.value());
+  if (!fine.ok()) return false;
+  refined = inverted(fine.value());
   const Result<RefinedPose> joint =
       contour_.refine(*object.surface, model.fixed(), model.table, *object.view, *object.edges,
-                      candidate.refined.target_from_source, render_);
+                      refined.target_from_source, model.diameter_m, render_);
   if (joint.ok() && joint.value().iterations > 0) {
-    const std::uint32_t before = candidate.refined.iterations;
-    candidate.refined = joint.value();
-    candidate.refined.iterations += before;
+    const std::uint32_t before = refined.iterations;
+    refined = joint.value();
+    refined.iterations += before;
   }
-  const Pose& pose = candidate.refined.target_from_source;
+  return true;
+}
+
+Candidate ObjectSearch::look(const ModelIndex& model, const MeasuredObject& object,
+                             const Pose& pose, double floor_m) noexcept {
+  Candidate candidate;
+  candidate.refined.target_from_source = pose;
   render_.render(model.fine, pose, *object.view);
   render_.find_contour(model.fine, pose, *object.view);
-  candidate.evidence =
-      verification_.verify(model.fine, pose, render_, *object.view, *object.edges, floor_m);
+  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *object.view,
+                                            *object.edges, floor_m);
   candidate.worth = worth(candidate.evidence);
+  return candidate;
+}
+
+void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& object,
+                               const RefinedPose& refined, double floor_m) noexcept {
+  Candidate candidate = look(model, object, refined.target_from_source, floor_m);
+  candidate.refined = refined;
   keep_candidate(model, candidate);
+}
+
+void ObjectSearch::best_first() noexcept {
+  std::stable_sort(candidates_.begin(), candidates_.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
 }
 
 void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
                           double floor_m) noexcept {
+  // A first look at a wide tolerance orders the finalists.
   candidates_.clear();
   for (const Hypothesis& hypothesis : settled_) {
-    verify_pose(model, object, hypothesis.target_from_source, floor_m);
+    const bool first = &hypothesis == settled_.begin();
+    if (!first &&
+        (hypothesis.support < settled_[0].support - kHopeless || hypothesis.support < kUnlikely)) {
+      break;
+    }
+    RefinedPose start;
+    start.target_from_source = hypothesis.target_from_source;
+    verify_pose(model, object, start, kFirstLook * floor_m);
   }
-  const auto best_first = [&] {
-    std::stable_sort(candidates_.begin(), candidates_.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
-  };
   best_first();
-  if (!params_.siblings || candidates_.empty()) return;
+  // No pose meets even half of what it should: one is refined, for the report.
+  const bool hopeless = settled_.empty() || settled_[0].support < kUnlikely;
+  const std::size_t winners = hopeless ? 1 : params_.winners;
+  settled_.clear();
+  for (std::size_t i = 0; i < std::min(winners, candidates_.size()); ++i) {
+    keep_best(settled_, {candidates_[i].refined.target_from_source, candidates_[i].worth});
+  }
+
+  candidates_.clear();
+  double best = 0.0;
+  for (const Hypothesis& hypothesis : settled_) {
+    if (hypothesis.support < kAlternative * best) break;
+    RefinedPose refined;
+    if (!refine(model, object, hypothesis.target_from_source, refined)) continue;
+    verify_pose(model, object, refined, floor_m);
+    best_first();
+    best = candidates_[0].worth;
+  }
+  if (params_.siblings && !hopeless && !candidates_.empty()) try_siblings(model, object, floor_m);
+}
+
+void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& object,
+                                double floor_m) noexcept {
   const Pose best = candidates_[0].refined.target_from_source;
+  const double best_worth = candidates_[0].worth;
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3d direction = model.axes.col(axis);
     const Mat3d turn = 2.0 * direction * direction.transpose() - Mat3d::Identity();
@@ -156,10 +228,14 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     sibling.linear() = best.linear() * turn;
     sibling.translation() = best * model.centre - sibling.linear() * model.centre;
     if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
-    if (candidates_.full()) candidates_.resize(candidates_.size() - 1);
-    verify_pose(model, object, sibling, floor_m);
-    best_first();
+    if (look(model, object, sibling, kFirstLook * floor_m).worth < kAlternative * best_worth) {
+      continue;
+    }
+    RefinedPose refined;
+    if (!refine(model, object, sibling, refined)) continue;
+    verify_pose(model, object, refined, floor_m);
   }
+  best_first();
 }
 
 double ObjectSearch::margin(const ModelIndex& model) const noexcept {

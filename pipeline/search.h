@@ -19,8 +19,9 @@
 namespace grapnel {
 
 struct SearchParams {
-  std::size_t kept = 40;                 ///< poses carried from proposal to coarse refinement
-  std::size_t finalists = 8;             ///< and from there to fine refinement
+  std::size_t kept = 60;                 ///< poses carried from proposal to coarse refinement
+  std::size_t finalists = 10;            ///< and from there to a first verification
+  std::size_t winners = 3;               ///< and from there to fine refinement
   double coarse_tolerance_ratio = 0.05;  ///< × model diameter: what counts as met at first
   bool siblings = true;                  ///< also try the half turns of the best pose
   double distinct_ratio = 0.05;          ///< × model diameter: poses farther apart are distinct
@@ -68,8 +69,17 @@ class ObjectSearch {
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
 
  private:
-  void verify_pose(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
-                   double floor_m) noexcept;
+  /// Fine refinement; false when it lost its partners.
+  bool refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
+              RefinedPose& refined) noexcept;
+  [[nodiscard]] Candidate look(const ModelIndex& model, const MeasuredObject& object,
+                               const Pose& pose, double floor_m) noexcept;
+  void verify_pose(const ModelIndex& model, const MeasuredObject& object,
+                   const RefinedPose& refined, double floor_m) noexcept;
+  /// The half turns of the best pose about the model's own axes: a nearly symmetric part must be
+  /// called ambiguous, not wrong.
+  void try_siblings(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  void best_first() noexcept;
   [[nodiscard]] bool distinct(const ModelIndex& model, const Pose& a, const Pose& b,
                               double ratio) const noexcept;
   void keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept;

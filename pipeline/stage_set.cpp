@@ -21,8 +21,12 @@ FieldTable general_fields() noexcept {
                                         "neighbouring readings that share one error"),
       number_field<&P::max_components>("max_components", "", 1, 32,
                                        "objects looked at in one frame, largest first"),
-      number_field<&P::min_area_ratio>("min_area_ratio", "squared diameters", 0.0, 1.0,
-                                       "objects with a smaller visible area are passed over"),
+      number_field<&P::max_visible_ratio>(
+          "max_visible_ratio", "", 0.0, 1000.0,
+          "objects larger than this times the model's largest view are passed over; 0 = none"),
+      number_field<&P::min_visible_ratio>(
+          "min_visible_ratio", "", 0.0, 1.0,
+          "objects smaller than this share of the model's smallest view are passed over"),
   };
   return kFields;
 }
@@ -30,17 +34,19 @@ FieldTable general_fields() noexcept {
 }  // namespace
 
 StageParams::StageParams() {
-  refine_coarse.max_iterations = 8;
+  refine_coarse.max_iterations = 7;
   refine_coarse.max_points = 300;
   refine_coarse.start_distance_ratio = 6.0;
   refine_coarse.end_distance_ratio = 2.5;
-  refine_coarse.anneal_iterations = 6;
+  refine_coarse.anneal_iterations = 5;
   refine_coarse.max_normal_angle_rad = 1.1;
-  refine.max_iterations = 20;
-  refine.max_points = 1500;
+  refine.max_iterations = 10;
+  refine.max_points = 800;
   refine.start_distance_ratio = 2.5;
   refine.end_distance_ratio = 1.0;
-  refine.anneal_iterations = 8;
+  refine.anneal_iterations = 5;
+  refine.convergence_m = 1e-4;
+  refine.convergence_rad = 2e-4;
 }
 
 std::vector<ParamTable> param_tables(StageParams& p) {

@@ -29,7 +29,10 @@ struct GeneralParams {
   double sigma_1m_m = 0.001425;    ///< axial noise at 1 m, growing with z²
   double shared_error_px = 40.0;   ///< neighbouring readings that share one error
   std::size_t max_components = 6;  ///< objects looked at in one frame, largest first
-  double min_area_ratio = 0.01;    ///< × squared model diameter: smaller objects are passed over
+  double max_visible_ratio = 0.0;  ///< × the model's largest projected area: larger objects are
+                                   ///< passed over; 0 = none
+  double min_visible_ratio = 0.3;  ///< × the model's smallest projected area: smaller objects are
+                                   ///< passed over
 };
 
 /// Parameters of every fixed step, with their defaults.

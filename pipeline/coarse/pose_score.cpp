@@ -125,11 +125,17 @@ double PoseScore::explained_share(const Pose& pose, std::size_t max_samples) con
                           tolerance_m_, std::min(max_samples, scene_.samples->size));
 }
 
-double PoseScore::operator()(const Pose& target_from_source,
-                             std::size_t max_samples) const noexcept {
+double PoseScore::rate(const Pose& target_from_source, std::size_t max_samples,
+                       double at_least) const noexcept {
   const double forward = scene_.view != nullptr ? seen_share(target_from_source, max_samples)
                                                 : met_share(target_from_source, max_samples);
+  if (forward + 1.0 <= at_least) return forward;
   return forward + explained_share(target_from_source, max_samples);
+}
+
+double PoseScore::operator()(const Pose& target_from_source,
+                             std::size_t max_samples) const noexcept {
+  return rate(target_from_source, max_samples, -1e9);
 }
 
 }  // namespace grapnel

@@ -49,6 +49,9 @@ class PoseScore {
   /// With at most `max_samples` of either side.
   [[nodiscard]] double operator()(const Pose& target_from_source,
                                   std::size_t max_samples) const noexcept;
+  /// The same, but a pose that can't reach `at_least` gets a lower bound of its worth, sooner.
+  [[nodiscard]] double rate(const Pose& target_from_source, std::size_t max_samples,
+                            double at_least) const noexcept;
 
  private:
   [[nodiscard]] double seen_share(const Pose& pose, std::size_t max_samples) const noexcept;

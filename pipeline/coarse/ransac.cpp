@@ -35,8 +35,11 @@ Status Ransac::generate(const PairView& pair, const Correspondences& corresponde
   check.min_edge_m = params_.min_extent_share * extent_m(*pair.source, pair.source_keypoints);
   check.min_edge_ratio = params_.min_edge_ratio;
   check.cos_normal = math::cos(params_.max_normal_angle_rad);
+  // Few pairs have few triples; drawing each more than a few times is of no use.
+  const std::size_t pairs = correspondences.size();
+  const std::size_t draws = std::min(params_.draws, pairs * pairs * pairs);
   std::size_t rated = 0;
-  for (std::size_t draw = 0; draw < params_.draws && rated < params_.ratings; ++draw) {
+  for (std::size_t draw = 0; draw < draws && rated < params_.ratings; ++draw) {
     Hypothesis hypothesis;
     if (!draw_pose(pair, correspondences, check, rng, hypothesis.target_from_source)) continue;
     ++rated;

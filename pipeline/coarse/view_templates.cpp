@@ -82,7 +82,7 @@ FieldTable view_template_fields() noexcept {
   using P = ViewTemplateParams;
   static constexpr std::array kFields = {
       number_field<&P::views>("views", "", 0, 2000, "directions a model is tried from; 0 = off"),
-      number_field<&P::turns>("turns", "", 1, 180, "turns tried about each direction"),
+      number_field<&P::turns>("turns", "", 3, 360, "turns tried about each direction"),
       number_field<&P::quick_samples>("quick_samples", "", 16, 4096, "samples of the first rating"),
       number_field<&P::finalists>("finalists", "", 1, 4096, "poses rated again with all samples"),
   };
@@ -93,6 +93,8 @@ void ViewTemplates::reserve(Arena& arena, const ViewTemplateParams& params) {
   params_ = params;
   views_ = arena.take<ViewTemplate>(params.views);
   finalists_ = arena.take<Hypothesis>(params.finalists);
+  by_turn_ = arena.take<Hypothesis>(params.turns);
+  turn_step_ = 2.0 * math::kPi / static_cast<double>(params.turns);
 }
 
 void ViewTemplates::build(const Surface& model, const ViewTemplateParams& params) {
@@ -103,32 +105,61 @@ void ViewTemplates::build(const Surface& model, const ViewTemplateParams& params
   }
 }
 
-void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
-                            Hypotheses& hypotheses) noexcept {
+float ViewTemplates::least_area_m2() const noexcept {
+  float least = 0.0F;
+  for (const ViewTemplate& view : views_) {
+    if (view.visible_area_m2 > 0.0F && (least == 0.0F || view.visible_area_m2 < least)) {
+      least = view.visible_area_m2;
+    }
+  }
+  return least;
+}
+
+float ViewTemplates::most_area_m2() const noexcept {
+  float most = 0.0F;
+  for (const ViewTemplate& view : views_) most = std::max(most, view.visible_area_m2);
+  return most;
+}
+
+Pose ViewTemplates::place(const ViewTemplate& view, std::size_t turn,
+                          const Vec3d& object_middle) const noexcept {
   const Vec3d toward_camera = -object_middle.normalized();
   const std::array<Vec3d, 2> seen = across(toward_camera);
+  const Vec3d model_axis = view.toward_camera.cast<double>();
+  const std::array<Vec3d, 2> own = across(model_axis);
+  const double c = math::cos(turn_step_ * static_cast<double>(turn));
+  const double s = math::sin(turn_step_ * static_cast<double>(turn));
+  Pose pose = Pose::Identity();
+  pose.linear() = toward_camera * model_axis.transpose() +
+                  (c * seen[0] + s * seen[1]) * own[0].transpose() +
+                  (c * seen[1] - s * seen[0]) * own[1].transpose();
+  pose.translation() = object_middle - pose.linear() * view.middle.cast<double>();
+  return pose;
+}
+
+void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
+                            Hypotheses& hypotheses) noexcept {
   FixedList<Hypothesis> finalists(finalists_);
+  const std::size_t turns = by_turn_.size();
   for (const ViewTemplate& view : views_) {
     if (!(view.visible_area_m2 > 0.0F)) continue;
-    const Vec3d model_axis = view.toward_camera.cast<double>();
-    const std::array<Vec3d, 2> own = across(model_axis);
-    for (std::size_t turn = 0; turn < params_.turns; ++turn) {
-      const double angle =
-          2.0 * math::kPi * static_cast<double>(turn) / static_cast<double>(params_.turns);
-      const double c = math::cos(angle);
-      const double s = math::sin(angle);
-      Hypothesis hypothesis;
-      hypothesis.target_from_source.linear() = toward_camera * model_axis.transpose() +
-                                               (c * seen[0] + s * seen[1]) * own[0].transpose() +
-                                               (c * seen[1] - s * seen[0]) * own[1].transpose();
-      hypothesis.target_from_source.translation() =
-          object_middle - hypothesis.target_from_source.linear() * view.middle.cast<double>();
-      hypothesis.support = score(hypothesis.target_from_source, params_.quick_samples);
-      keep_best(finalists, hypothesis);
+    const double weakest = finalists.full() ? finalists[finalists.size() - 1].support : 0.0;
+    for (std::size_t turn = 0; turn < turns; ++turn) {
+      by_turn_[turn].target_from_source = place(view, turn, object_middle);
+      by_turn_[turn].support =
+          score.rate(by_turn_[turn].target_from_source, params_.quick_samples, weakest);
+    }
+    // Of a hill of turns only its top: the list is for different poses.
+    for (std::size_t turn = 0; turn < turns; ++turn) {
+      const double before = by_turn_[(turn + turns - 1) % turns].support;
+      const double after = by_turn_[(turn + 1) % turns].support;
+      const double own = by_turn_[turn].support;
+      if (own >= before && own > after) keep_best(finalists, by_turn_[turn]);
     }
   }
   for (Hypothesis& hypothesis : finalists.span()) {
-    hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
+    const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : 0.0;
+    hypothesis.support = score.rate(hypothesis.target_from_source, SIZE_MAX, weakest);
     keep_best(hypotheses, hypothesis);
   }
 }

@@ -13,9 +13,9 @@
 namespace grapnel {
 
 struct ViewTemplateParams {
-  std::size_t views = 120;  ///< directions a model may be seen from
-  std::size_t turns = 20;   ///< about each of them
-  std::size_t quick_samples = 64;
+  std::size_t views = 160;  ///< directions a model may be seen from
+  std::size_t turns = 24;   ///< about each of them
+  std::size_t quick_samples = 48;
   std::size_t finalists = 160;  ///< rated again with every sample
 };
 [[nodiscard]] FieldTable view_template_fields() noexcept;
@@ -39,11 +39,20 @@ class ViewTemplates {
   /// Rates every view and turn against the object and adds the best to `hypotheses`, best first.
   void propose(const Vec3d& object_middle, const PoseScore& score, Hypotheses& hypotheses) noexcept;
 
+  /// Smallest and largest projected area a view shows; 0 without views.
+  [[nodiscard]] float least_area_m2() const noexcept;
+  [[nodiscard]] float most_area_m2() const noexcept;
   [[nodiscard]] std::span<const ViewTemplate> views() const noexcept { return views_; }
 
  private:
+  /// The pose at which the view's middle meets the object's, after `turn` steps about the ray.
+  [[nodiscard]] Pose place(const ViewTemplate& view, std::size_t turn,
+                           const Vec3d& object_middle) const noexcept;
+
   std::span<ViewTemplate> views_;
   std::span<Hypothesis> finalists_;
+  std::span<Hypothesis> by_turn_;
+  double turn_step_ = 0.0;
   ViewTemplateParams params_;
 };
 

@@ -45,6 +45,36 @@ std::int32_t DepthView::working_point(int u, int v) const noexcept {
   return working->grid.point_of[static_cast<std::size_t>(gv * working->grid.width + gu)];
 }
 
+void ThinnedDepth::reserve(Arena& arena, std::size_t max_pixels) {
+  depth_ = arena.take<std::uint16_t>(max_pixels);
+  label_ = arena.take<std::uint8_t>(max_pixels);
+}
+
+void ThinnedDepth::thin(DepthView& view, int stride) noexcept {
+  const int width = std::max(1, view.box.width() / stride);
+  const int height = std::max(1, view.box.height() / stride);
+  const int first_u = std::min(view.box.u0 + stride / 2, view.box.u1 - 1);
+  const int first_v = std::min(view.box.v0 + stride / 2, view.box.v1 - 1);
+  std::size_t k = 0;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u, ++k) {
+      depth_[k] = view.depth.at(first_u + u * stride, first_v + v * stride);
+      if (!view.label.empty())
+        label_[k] = view.label.at(first_u + u * stride, first_v + v * stride);
+    }
+  }
+  view.depth = ImageView<const std::uint16_t>(depth_.data(), width, height);
+  if (!view.label.empty()) view.label = ImageView<const std::uint8_t>(label_.data(), width, height);
+  view.intrinsics.width = width;
+  view.intrinsics.height = height;
+  view.intrinsics.fx /= stride;
+  view.intrinsics.fy /= stride;
+  view.intrinsics.cx = (view.intrinsics.cx - first_u) / stride;
+  view.intrinsics.cy = (view.intrinsics.cy - first_v) / stride;
+  view.box = {0, 0, width, height};
+  view.stride *= stride;
+}
+
 void EdgeMap::reserve(Arena& arena, std::size_t max_pixels) {
   site_ = arena.take<std::int32_t>(max_pixels);
 }

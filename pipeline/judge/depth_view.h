@@ -46,6 +46,7 @@ struct DepthView {
   std::uint8_t object = 0;              ///< label under test; 0 = any foreground
   DepthNoise noise;
   PixelBox box;                      ///< tests look no further than this
+  int stride = 1;                    ///< sensor pixels a pixel of this view
   const Surface* working = nullptr;  ///< organised, same camera; its own (coarser) grid
 
   [[nodiscard]] float z_m(int u, int v) const noexcept {
@@ -61,6 +62,21 @@ struct DepthView {
   }
   /// Point of the working surface at a pixel, -1 = none.
   [[nodiscard]] std::int32_t working_point(int u, int v) const noexcept;
+};
+
+/// Part of a depth image, thinned to every stride-th pixel: what tests by projection need of a
+/// large object, at a fraction of the cost.
+class ThinnedDepth {
+ public:
+  void reserve(Arena& arena, std::size_t max_pixels);
+
+  /// Replaces the view's image by the pixels of its box, every `stride`-th; intrinsics, box and
+  /// stride follow. O(pixels of the box / stride²).
+  void thin(DepthView& view, int stride) noexcept;
+
+ private:
+  std::span<std::uint16_t> depth_;
+  std::span<std::uint8_t> label_;
 };
 
 /// Depth edges of a view and, for every pixel of its box, the nearest of them.

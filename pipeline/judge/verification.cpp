@@ -11,12 +11,17 @@ namespace {
 constexpr float kSigmas = 3.0F;
 // Normals of a match differ by at most 35 degrees: 30 of the model, and the sensor's own noise.
 constexpr float kCosNormal = 0.82F;
-// Mixed pixels: this far from the predicted outline nothing is counted.
-constexpr int kRim = 2;
+// In sensor pixels. Mixed pixels: this far from the predicted outline nothing is counted.
+constexpr int kRim_px = 2;
 // An outline pixel is met by a depth edge this near.
-constexpr int kEdgeReach = 3;
+constexpr int kEdgeReach_px = 3;
 // Beside the outline the object must have ended at this distance.
-constexpr float kBeside = 5.0F;
+constexpr int kBeside_px = 6;
+
+/// Sensor pixels in the view's own, rounded up.
+int in_view(const DepthView& view, int sensor_px) noexcept {
+  return (sensor_px + view.stride - 1) / view.stride;
+}
 
 float tolerance_m(const DepthView& view, float z_m, double floor_m) noexcept {
   return std::max(kSigmas * view.noise.sigma_m(z_m), static_cast<float>(floor_m));
@@ -34,7 +39,8 @@ struct Verification::Sums {
 };
 
 double worth(const Evidence& evidence) noexcept {
-  return evidence.matched - 2.0 * evidence.seen_through - 0.5 * std::min(1.0, evidence.unexplained);
+  return evidence.matched - 2.0 * evidence.seen_through -
+         0.5 * std::min(1.0, evidence.unexplained) - 0.5 * (1.0 - evidence.edge);
 }
 
 void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_model_points) {
@@ -47,13 +53,15 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
                                           const DepthView& view, int u, int v, double floor_m,
                                           Sums& sums) noexcept {
   const float predicted = render.z_m(u, v);
-  constexpr std::array<std::array<int, 2>, 4> kAround = {
-      {{kRim, 0}, {-kRim, 0}, {0, kRim}, {0, -kRim}}};
-  const float fall = 6.0F * static_cast<float>(model.spacing_m);
-  for (const auto& [du, dv] : kAround) {
-    if (!view.box.contains(u + du, v + dv)) return Kind::Rim;
-    const float other = render.z_m(u + du, v + dv);
-    if (!(other > 0.0F) || std::fabs(other - predicted) > fall) return Kind::Rim;
+  const float limit = tolerance_m(view, predicted, floor_m);
+  const int rim = in_view(view, kRim_px);
+  for (const auto& [du, dv] : {std::array{rim, 0}, std::array{0, rim}}) {
+    if (!view.box.contains(u + du, v + dv) || !view.box.contains(u - du, v - dv)) return Kind::Rim;
+    const float after = render.z_m(u + du, v + dv);
+    const float before = render.z_m(u - du, v - dv);
+    // A slope has no second difference, a step has.
+    if (!(after > 0.0F && before > 0.0F)) return Kind::Rim;
+    if (std::fabs(after + before - 2.0F * predicted) > limit) return Kind::Rim;
   }
   const float measured = view.z_m(u, v);
   if (!(measured > 0.0F)) return Kind::Unknown;
@@ -65,7 +73,6 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
   const float cosine = std::max(0.17F, -normal.dot(ray) / ray.norm());
   // Measured point from the predicted one along the model's normal, positive behind the surface.
   const float off = (measured - predicted) * ray.norm() * cosine;
-  const float limit = tolerance_m(view, predicted, floor_m);
   const double footprint_m2 = static_cast<double>(predicted * predicted / cosine) /
                               (view.intrinsics.fx * view.intrinsics.fy);
   if (view.background(u, v)) {
@@ -78,7 +85,7 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
     return Kind::Occluded;
   }
   const std::int32_t working = view.working_point(u, v);
-  if (working >= 0) {
+  if (working >= 0 && flat_[i] != 0) {
     const auto w = static_cast<std::size_t>(working);
     if (view.working->has_normal(w) && view.working->normal(w).dot(normal) < kCosNormal) {
       return Kind::Occluded;
@@ -128,6 +135,8 @@ double Verification::largest_hole(const ModelRender& render, const DepthView& vi
 
 void Verification::outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
                            Evidence& evidence) const noexcept {
+  const int reach = in_view(view, kEdgeReach_px);
+  const auto beside = static_cast<float>(in_view(view, kBeside_px));
   std::uint32_t known = 0;
   std::uint32_t met = 0;
   std::uint32_t runs_on = 0;
@@ -143,12 +152,12 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
     if (predicted > 0.0F && measured > 0.0F && measured < predicted - step) continue;
     ++known;
     const EdgeMap::Nearest edge = edges.nearest(u, v);
-    if (edge.found && edge.square <= kEdgeReach * kEdgeReach) {
+    if (edge.found && edge.square <= reach * reach) {
       ++met;
       continue;
     }
-    const int bu = static_cast<int>(std::floor(point.u + kBeside * point.out_u + 0.5F));
-    const int bv = static_cast<int>(std::floor(point.v + kBeside * point.out_v + 0.5F));
+    const int bu = static_cast<int>(std::floor(point.u + beside * point.out_u + 0.5F));
+    const int bv = static_cast<int>(std::floor(point.v + beside * point.out_v + 0.5F));
     if (view.box.contains(bu, bv) && view.of_object(bu, bv) &&
         std::fabs(view.z_m(bu, bv) - measured) < step) {
       ++runs_on;
@@ -158,10 +167,12 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
   if (known > 0) evidence.unexplained += static_cast<double>(runs_on) / static_cast<double>(known);
 }
 
-Evidence Verification::verify(const Surface& model, const Pose& camera_from_model,
-                              const ModelRender& render, const DepthView& view,
-                              const EdgeMap& edges, double floor_m) noexcept {
+Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t> flat,
+                              const Pose& camera_from_model, const ModelRender& render,
+                              const DepthView& view, const EdgeMap& edges,
+                              double floor_m) noexcept {
   Evidence evidence;
+  flat_ = flat;
   rotation_ = camera_from_model.linear().cast<float>();
   shift_ = camera_from_model.translation().cast<float>();
   std::fill_n(confirmed_.begin(), model.size, std::uint8_t{0});

@@ -32,7 +32,8 @@ struct Evidence {
                               ///< eigenvalue of the mean n nᵀ
 };
 
-/// Worth of a pose for comparing candidates: S = matched - 2 · seen_through - unexplained / 2.
+/// Worth of a pose for comparing candidates:
+/// S = matched - 2 · seen_through - unexplained / 2 - (1 - edge) / 2.
 [[nodiscard]] double worth(const Evidence& evidence) noexcept;
 
 /// Compares the depth image that the model should give with the one measured.
@@ -42,9 +43,11 @@ class Verification {
 
   /// `render` holds the model at the pose, contour included; `edges` belongs to `view`. A pixel
   /// matches when the measured point lies within max(3 sigma, floor) of the model's tangent plane
-  /// and the normals agree. O(pixels of the model).
-  Evidence verify(const Surface& model, const Pose& camera_from_model, const ModelRender& render,
-                  const DepthView& view, const EdgeMap& edges, double floor_m) noexcept;
+  /// and, where the model is flat over the measured normals' neighbourhood, the normals agree.
+  /// O(pixels of the model).
+  Evidence verify(const Surface& model, std::span<const std::uint8_t> flat,
+                  const Pose& camera_from_model, const ModelRender& render, const DepthView& view,
+                  const EdgeMap& edges, double floor_m) noexcept;
 
  private:
   enum class Kind : std::uint8_t { Outside, Rim, Matched, SeenThrough, Occluded, Unknown, Support };
@@ -58,6 +61,7 @@ class Verification {
 
   Eigen::Matrix3f rotation_ = Eigen::Matrix3f::Identity();
   Vec3f shift_ = Vec3f::Zero();
+  std::span<const std::uint8_t> flat_;
   std::span<Kind> kind_;
   std::span<std::int32_t> stack_;
   std::span<std::uint8_t> confirmed_;

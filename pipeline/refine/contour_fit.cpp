@@ -46,32 +46,34 @@ void add_surface(const Surface& object, const Surface& model, const ClosestPoint
   }
 }
 
-/// Weight of one outline point so that the whole outline counts `share` of the surface.
+/// Adds the outline; all of it together counts `share` of the surface.
 void add_outline(const Surface& model, const ModelRender& render, const DepthView& view,
-                 const EdgeMap& edges, const Pose& pose, int reach_px, double share,
+                 const EdgeMap& edges, const Pose& pose, double reach_m, double share,
                  Sums& sums) noexcept {
-  if (render.contour().empty() || !(share > 0.0)) return;
+  if (render.contour().empty()) return;
   const double each =
       share * static_cast<double>(sums.partners) / static_cast<double>(render.contour().size());
   for (const ContourPoint& point : render.contour()) {
-    const int u = static_cast<int>(std::floor(point.u + 0.5F));
-    const int v = static_cast<int>(std::floor(point.v + 0.5F));
-    if (!view.box.contains(u, v)) continue;
-    const EdgeMap::Nearest edge = edges.nearest(u, v);
-    if (!edge.found || edge.square > reach_px * reach_px) continue;
     const Vec3d x = pose * model.point(static_cast<std::size_t>(point.point)).cast<double>();
+    const double u = view.intrinsics.fx * x.x() / x.z() + view.intrinsics.cx;
+    const double v = view.intrinsics.fy * x.y() / x.z() + view.intrinsics.cy;
+    if (!(u > -1.0 && v > -1.0 && u < 65536.0 && v < 65536.0)) continue;
+    const EdgeMap::Nearest edge =
+        edges.nearest(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
+    const double per_px = x.z() / view.intrinsics.fx;
+    const double reach_px = std::max(1.5, reach_m / per_px);
+    if (!edge.found || edge.square > reach_px * reach_px) continue;
     const double z_edge = static_cast<double>(view.z_m(edge.u, edge.v));
     // The edge must be one of this surface, not of something before or behind it.
     if (std::fabs(z_edge - x.z()) > 0.05 * x.z()) continue;
     const double nu = static_cast<double>(point.out_u);
     const double nv = static_cast<double>(point.out_v);
-    const double off_px =
-        nu * (static_cast<double>(point.u) - edge.u) + nv * (static_cast<double>(point.v) - edge.v);
-    const double per_u = x.z() / view.intrinsics.fx;
-    const double per_v = x.z() / view.intrinsics.fy;
+    const double off_px = nu * (u - edge.u) + nv * (v - edge.v);
     const Vec3d direction(nu, nv, -(nu * x.x() + nv * x.y()) / x.z());
-    const double residual = off_px * (nu * nu * per_u + nv * nv * per_v);
-    sums.equations.add(direction, x, residual, each * redescend(residual, 0.5 * reach_px * per_u));
+    const double residual =
+        off_px * (nu * nu + nv * nv * view.intrinsics.fx / view.intrinsics.fy) * per_px;
+    sums.equations.add(direction, x, residual,
+                       each * redescend(residual, std::max(per_px, 0.5 * reach_m)));
   }
 }
 
@@ -81,13 +83,17 @@ FieldTable contour_fit_fields() noexcept {
   using P = ContourFitParams;
   static constexpr std::array kFields = {
       number_field<&P::iterations>("iterations", "", 0, 100, "joint iterations"),
+      number_field<&P::render_every>("render_every", "", 1, 100,
+                                     "iterations between two predictions of the outline"),
       number_field<&P::max_points>("max_points", "", 32, 100000, "points of the object used"),
       number_field<&P::contour_weight>("contour_weight", "", 0.0, 10.0,
                                        "outline against surface; 0 = surface only"),
       number_field<&P::max_distance_ratio>("max_distance_ratio", "spacings", 0.5, 100.0,
                                            "partners on the surface"),
-      number_field<&P::start_reach_px>("start_reach_px", "px", 1, 200, "outline partners at first"),
-      number_field<&P::end_reach_px>("end_reach_px", "px", 1, 200, "outline partners at last"),
+      number_field<&P::start_reach_ratio>("start_reach_ratio", "diameters", 0.001, 1.0,
+                                          "outline partners at first"),
+      number_field<&P::end_reach_ratio>("end_reach_ratio", "diameters", 0.001, 1.0,
+                                        "outline partners at last"),
   };
   return kFields;
 }
@@ -95,7 +101,7 @@ FieldTable contour_fit_fields() noexcept {
 Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& model,
                                        const ClosestPointTable& table, const DepthView& view,
                                        const EdgeMap& edges, const Pose& camera_from_model,
-                                       ModelRender& render) noexcept {
+                                       double diameter_m, ModelRender& render) noexcept {
   const std::size_t step =
       std::max<std::size_t>(1, (object.size + params_.max_points - 1) / params_.max_points);
   Vec3d centre = Vec3d::Zero();
@@ -106,9 +112,11 @@ Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& mod
   result.target_from_source = camera_from_model;
   for (int iteration = 0; iteration < params_.iterations; ++iteration) {
     const Pose& pose = result.target_from_source;
-    const int last = std::max(1, params_.iterations - 1);
-    const int reach_px =
-        params_.start_reach_px + (params_.end_reach_px - params_.start_reach_px) * iteration / last;
+    const double progress =
+        static_cast<double>(iteration) / static_cast<double>(std::max(1, params_.iterations - 1));
+    const double outline_m =
+        diameter_m * (params_.start_reach_ratio +
+                      (params_.end_reach_ratio - params_.start_reach_ratio) * progress);
     const double reach_m = params_.max_distance_ratio * model.spacing_m;
     Sums sums{NormalEquations(pose * centre)};
     const double z_m = std::max(0.0, (pose * centre).z());
@@ -120,9 +128,11 @@ Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& mod
                    static_cast<std::int32_t>(sums.partners)};
     }
     if (params_.contour_weight > 0.0) {
-      render.render(model, pose, view);
-      render.find_contour(model, pose, view);
-      add_outline(model, render, view, edges, pose, reach_px, params_.contour_weight, sums);
+      if (iteration % params_.render_every == 0) {
+        render.render(model, pose, view);
+        render.find_contour(model, pose, view);
+      }
+      add_outline(model, render, view, edges, pose, outline_m, params_.contour_weight, sums);
     }
     const Vec6d update = sums.equations.solve(kFreezeRatio);
     result.information = sums.equations.information_at_origin();

@@ -12,12 +12,13 @@
 namespace grapnel {
 
 struct ContourFitParams {
-  int iterations = 6;
-  std::size_t max_points = 1500;    ///< of the object
+  int iterations = 8;
+  int render_every = 2;             ///< iterations between two predictions of the outline
+  std::size_t max_points = 1000;    ///< of the object
   double contour_weight = 0.3;      ///< of the outline against the surface; 0 = surface only
   double max_distance_ratio = 1.0;  ///< × model spacing: partners of the surface
-  int start_reach_px = 12;          ///< outline partners at first
-  int end_reach_px = 4;             ///< and at last
+  double start_reach_ratio = 0.06;  ///< × model diameter: outline partners at first
+  double end_reach_ratio = 0.015;   ///< and at last
 };
 [[nodiscard]] FieldTable contour_fit_fields() noexcept;
 
@@ -32,7 +33,7 @@ class ContourFit {
   /// `render` is scratch. Errors: RefinementDiverged.
   Result<RefinedPose> refine(const Surface& object, const Surface& model,
                              const ClosestPointTable& table, const DepthView& view,
-                             const EdgeMap& edges, const Pose& camera_from_model,
+                             const EdgeMap& edges, const Pose& camera_from_model, double diameter_m,
                              ModelRender& render) noexcept;
 
  private:
