@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/hash.h"
 #include "pipeline/coarse/hypothesis_list.h"
@@ -13,6 +14,8 @@ namespace {
 
 // Fine points are this much denser than the described ones.
 constexpr double kFinePerCoarse = 0.4;
+// Described points are at least this far apart, in mean distances of the sparser view's points.
+constexpr double kCoarsePerSparse = 1.25;
 // Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller things.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfSize = 0.01;
@@ -93,12 +96,19 @@ Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& t
   centre_ = p_.source.centre;
   if (!(size_m_ > 0.0)) return Error{Code::TooFewPoints, Stage::Organize, 1};
   const GeneralParams& general = s_.stages.params.general;
-  const double spacing_m =
+  const double wanted_m =
       general.spacing_m > 0.0 ? general.spacing_m : general.spacing_ratio * size_m_;
-
   if (const Status status = watch_.enter(Stage::Decimate); !status.ok()) return status.error();
-  if (const Status status = thin(source, spacing_m, p_.source); !status.ok()) return status.error();
-  if (const Status status = thin(target, spacing_m, p_.target); !status.ok()) return status.error();
+  for (const auto& [raw, view] : {std::pair(&source, &p_.source), std::pair(&target, &p_.target)}) {
+    const Status status = thin(*raw, kFinePerCoarse * wanted_m, *view);
+    if (!status.ok()) return status.error();
+  }
+  // A cloud may be sparser than what its size asks for.
+  const double sparsest_m = std::max(p_.source.fine.spacing_m, p_.target.fine.spacing_m);
+  const double spacing_m = std::max(wanted_m, kCoarsePerSparse * sparsest_m);
+  for (ViewIndex* view : {&p_.source, &p_.target}) {
+    if (const Status status = prepare(spacing_m, *view); !status.ok()) return status.error();
+  }
   if (const Status status = describe(p_.source, 1); !status.ok()) return status.error();
   if (const Status status = describe(p_.target, 2); !status.ok()) return status.error();
 
@@ -120,37 +130,39 @@ Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& t
   return reports_;
 }
 
-Status PairJob::thin(const Surface& raw, double spacing_m, ViewIndex& view) noexcept {
+Status PairJob::thin_to(double leaf_m, Surface& out) noexcept {
+  if (const auto thinned = p_.voxel.apply(p_.work, leaf_m, 0); !thinned.ok()) {
+    return thinned.error();
+  }
+  if (p_.work.size > out.capacity()) {
+    const auto fewer = p_.voxel.apply(p_.work, 0.0, out.capacity());
+    if (!fewer.ok()) return fewer.error();
+  }
+  if (!copy_points(p_.work, out)) {
+    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(p_.work.size)};
+  }
+  out.spacing_m = std::max(leaf_m, p_.work.spacing_m);
+  return {};
+}
+
+Status PairJob::thin(const Surface& raw, double fine_m, ViewIndex& view) noexcept {
   if (!copy_points(raw, p_.work)) {
     return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(raw.size)};
   }
-  const bool own_normals = any_normal(raw);
-  const double fine_m = kFinePerCoarse * spacing_m;
-  if (const auto thinned = p_.voxel.apply(p_.work, fine_m, 0); !thinned.ok())
-    return thinned.error();
-  if (p_.work.size > view.fine.capacity()) {
-    const auto fewer = p_.voxel.apply(p_.work, 0.0, view.fine.capacity());
-    if (!fewer.ok()) return fewer.error();
-  }
-  if (!copy_points(p_.work, view.fine)) {
-    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(p_.work.size)};
-  }
-  view.fine.spacing_m = std::max(fine_m, p_.work.spacing_m);
-  if (const auto thinned = p_.voxel.apply(p_.work, spacing_m, 0); !thinned.ok()) {
-    return thinned.error();
-  }
-  if (p_.work.size > view.coarse.capacity()) {
-    const auto fewer = p_.voxel.apply(p_.work, 0.0, view.coarse.capacity());
-    if (!fewer.ok()) return fewer.error();
-  }
-  if (!copy_points(p_.work, view.coarse)) {
-    return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(p_.work.size)};
-  }
-  view.coarse.spacing_m = spacing_m;
+  view.own_normals = any_normal(raw);
+  return thin_to(fine_m, view.fine);
+}
 
+Status PairJob::prepare(double spacing_m, ViewIndex& view) noexcept {
+  if (const Status status = watch_.enter(Stage::Decimate); !status.ok()) return status;
+  (void)copy_points(view.fine, p_.work);  // fits: it came from there
+  if (const Status status = thin_to(spacing_m, view.coarse); !status.ok()) return status;
+  view.coarse.spacing_m = spacing_m;
   if (const Status status = watch_.enter(Stage::Normals); !status.ok()) return status;
   for (Surface* surface : {&view.fine, &view.coarse}) {
-    if (const Status status = s_.renew_normals(*surface, own_normals); !status.ok()) return status;
+    if (const Status status = s_.renew_normals(*surface, view.own_normals); !status.ok()) {
+      return status;
+    }
   }
   view.table.build(view.fine, 6.0 * spacing_m);
   return {};

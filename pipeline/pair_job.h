@@ -18,7 +18,9 @@ class PairJob {
   Result<RegistrationReports> run(const Surface& source, const Surface& target) noexcept;
 
  private:
-  Status thin(const Surface& raw, double spacing_m, ViewIndex& view) noexcept;
+  Status thin(const Surface& raw, double fine_m, ViewIndex& view) noexcept;
+  Status thin_to(double leaf_m, Surface& out) noexcept;
+  Status prepare(double spacing_m, ViewIndex& view) noexcept;
   Status describe(ViewIndex& view, std::uint64_t stream) noexcept;
   Status match(RegistrationReport& report) noexcept;
   void propose() noexcept;

@@ -23,7 +23,8 @@ struct ViewIndex {
   SampleSet samples;
   KeypointSet keypoints;
   FeatureMatrix features;
-  double size_m = 0.0;  ///< three times the root mean square distance from the middle
+  bool own_normals = false;  ///< the view came with normals, which say the side
+  double size_m = 0.0;       ///< three times the root mean square distance from the middle
   Vec3d centre = Vec3d::Zero();
 
   void reserve(Arena& arena, const Limits& limits, std::size_t dimension, std::size_t max_fine,
