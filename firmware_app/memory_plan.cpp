@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
+#include <string>
 
 #include "base/arena.h"
 #include "firmware_app/background.h"
@@ -38,7 +40,8 @@ std::vector<std::uint16_t> preset_numbers(const Settings& settings) {
   return numbers;
 }
 
-bool check_preset(const Settings& settings, std::uint16_t number, bool active) {
+bool check_preset(const Settings& settings, std::uint16_t number, bool active,
+                  std::set<std::string>& problems) {
   try {
     const Preset preset = read_preset(settings, number);
     if (preset.models.empty()) return true;
@@ -54,12 +57,11 @@ bool check_preset(const Settings& settings, std::uint16_t number, bool active) {
                   preset.name.c_str(), sum, budget);
     }
     if (sum <= budget) return true;
-    std::fprintf(stderr,
-                 "%s: needs %zu bytes, the budget of one preset is %zu (half of "
-                 "memory.budget_mb)\n",
-                 preset.file.c_str(), sum, budget);
+    problems.insert(preset.file.string() + ": needs " + std::to_string(sum) +
+                    " bytes, the budget of one preset is " + std::to_string(budget) +
+                    " (half of memory.budget_mb)");
   } catch (const InputError& problem) {
-    std::fprintf(stderr, "%s\n", problem.what());
+    problems.insert(problem.what());
   }
   return false;
 }
@@ -91,12 +93,13 @@ std::size_t total_bytes(const std::vector<MemoryItem>& items) {
 }
 
 int run_check(const Settings& settings) {
-  bool well = true;
+  std::set<std::string> problems;  // one in grapnel.toml shows in every preset, and is told once
   const auto active = static_cast<std::uint16_t>(settings.general.active_preset);
-  if (!check_preset(settings, active, true)) well = false;
+  bool well = check_preset(settings, active, true, problems);
   for (const std::uint16_t number : preset_numbers(settings)) {
-    if (number != active && !check_preset(settings, number, false)) well = false;
+    if (number != active && !check_preset(settings, number, false, problems)) well = false;
   }
+  for (const std::string& problem : problems) std::fprintf(stderr, "%s\n", problem.c_str());
   const std::vector<MemoryItem> fixed = fixed_memory_plan(settings);
   std::printf("memory taken at start, bytes\n");
   print_items(fixed);

@@ -60,7 +60,12 @@ Preset read_preset(const Settings& settings, std::uint16_t number) {
     }
     return preset;
   } catch (const InputError& problem) {
-    throw ConfigProblem(Code::PresetInvalid, problem.what());
+    // An override has no line of its own in the preset; it stands in grapnel.toml.
+    const std::string text = problem.what();
+    const std::string nowhere = "command line: ";
+    const bool from_override = text.starts_with(nowhere);
+    throw ConfigProblem(Code::PresetInvalid,
+                        from_override ? settings.roi.place + text.substr(nowhere.size()) : text);
   }
 }
 

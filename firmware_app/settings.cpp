@@ -119,6 +119,15 @@ void read_calibration(ConfigReader& root, CalibrationSettings& calibration) {
   }
 }
 
+void read_roi(ConfigReader& root, RoiSettings& roi) {
+  const ConfigTable* table = root.take_table("roi");
+  if (table == nullptr) return;
+  ConfigReader reader(*table);
+  reader.take_fields(kRoi, &roi);
+  reader.finish();
+  roi.place = reader.problem("overrides", "").what();
+}
+
 void read_belt(ConfigReader& root, BeltSettings& belt) {
   const ConfigTable* table = root.take_table("belt");
   if (table == nullptr) return;
@@ -176,7 +185,7 @@ Settings read_settings(const ConfigTable& root, const std::filesystem::path& fil
   read_section(reader, "presets", kPresets, &settings.presets);
   read_section(reader, "capture", kCapture, &settings.capture);
   read_belt(reader, settings.belt);
-  read_section(reader, "roi", kRoi, &settings.roi);
+  read_roi(reader, settings.roi);
   read_calibration(reader, settings.calibration);
   read_section(reader, "realtime", kRealtime, &settings.realtime);
   read_section(reader, "memory", kMemory, &settings.memory);

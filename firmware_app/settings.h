@@ -54,6 +54,7 @@ struct BeltSettings {
 struct RoiSettings {
   double max_occupied_share = 0.002;
   std::vector<std::string> overrides;  ///< "key=value"
+  std::string place;                   ///< file and line of `overrides`, for messages
 };
 
 /// [calibration]: camera to robot.

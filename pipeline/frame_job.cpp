@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/hash.h"
+#include "base/insertion_sort.h"
 #include "pipeline/judge/verdict.h"
 
 namespace grapnel {
@@ -320,7 +321,7 @@ std::size_t FrameJob::wanted_objects() const noexcept {
 }
 
 void FrameJob::rank() noexcept {
-  std::stable_sort(reports_.objects.begin(), reports_.objects.end(), ranks_before);
+  insertion_sort(reports_.objects.begin(), reports_.objects.end(), ranks_before);
 }
 
 void FrameJob::conclude() noexcept {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/hash.h"
+#include "base/insertion_sort.h"
 #include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/judge/covariance.h"
 #include "pipeline/refine/normal_equations.h"
@@ -286,9 +287,8 @@ void PairJob::verify(const Surface& source, const Surface& target) noexcept {
     }
     if (!merged) p_.candidates.push_back(candidate);
   }
-  std::stable_sort(
-      p_.candidates.begin(), p_.candidates.end(),
-      [](const PairCandidate& a, const PairCandidate& b) { return a.worth > b.worth; });
+  insertion_sort(p_.candidates.begin(), p_.candidates.end(),
+                 [](const PairCandidate& a, const PairCandidate& b) { return a.worth > b.worth; });
 }
 
 double PairJob::margin() const noexcept {

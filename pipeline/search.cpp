@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/insertion_sort.h"
 #include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/refine/normal_equations.h"
 
@@ -124,8 +125,8 @@ void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object)
     }
     if (!merged) keep_best(settled_, settled);
   }
-  std::stable_sort(settled_.begin(), settled_.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.support > b.support; });
+  insertion_sort(settled_.begin(), settled_.end(),
+                 [](const Hypothesis& a, const Hypothesis& b) { return a.support > b.support; });
 }
 
 void ObjectSearch::keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept {
@@ -177,8 +178,8 @@ void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& ob
 }
 
 void ObjectSearch::best_first() noexcept {
-  std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
+  insertion_sort(candidates_.begin(), candidates_.end(),
+                 [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
 }
 
 void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
