@@ -79,6 +79,7 @@ int run_describe(std::span<const std::string> args) {
   const Input input = load_input(file, {camera, ""});
   const std::unique_ptr<StoredSurface> stored = make_surface(input);
   Surface& surface = stored->surface;
+  surface.spacing_m = measured_spacing_m(surface);
   const std::vector<Keypoint> keypoints =
       at.empty() ? detect_keypoints(surface, detector, {}) : keypoints_at(*stored, at);
   ensure_normals(surface);

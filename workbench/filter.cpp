@@ -5,6 +5,7 @@
 
 #include "base/cloud_file.h"
 #include "workbench/commands.h"
+#include "workbench/depth_filter.h"
 #include "workbench/input.h"
 #include "workbench/options.h"
 #include "workbench/stage_run.h"
@@ -38,6 +39,36 @@ CloudData cloud_of_surface(const Surface& surface) {
   return cloud;
 }
 
+/// What one filter did.
+struct Filtered {
+  CloudData cloud;
+  std::size_t before = 0;
+  std::size_t after = 0;
+};
+
+Filtered filter_grid(const Input& input, const std::string& method,
+                     const std::vector<std::string>& overrides) {
+  Filtered filtered;
+  filtered.cloud = cloud_of(input);
+  filtered.before = points_of(input).size();
+  filtered.after = filtered.before - filter_depth(filtered.cloud, method, overrides);
+  return filtered;
+}
+
+Filtered filter_surface(const Input& input, const std::string& method,
+                        const std::vector<std::string>& overrides) {
+  const std::unique_ptr<StoredSurface> stored = make_surface(input);
+  Filtered filtered;
+  stored->surface.spacing_m = measured_spacing_m(stored->surface);
+  filtered.before = stored->surface.size;
+  LoadedStage<CloudFilter> filter(cloud_filters(), method, overrides, limits_for(filtered.before));
+  const Result<std::size_t> removed = filter->apply(stored->surface);
+  if (!removed) require_ok(removed.error(), method);
+  filtered.after = stored->surface.size;
+  filtered.cloud = cloud_of_surface(stored->surface);
+  return filtered;
+}
+
 }  // namespace
 
 int run_filter(std::span<const std::string> args) {
@@ -49,7 +80,8 @@ int run_filter(std::span<const std::string> args) {
   bool json = false;
   Options options("filter", "Removes or merges points of a cloud.");
   options.positional("CLOUD", file, "cloud, PNG with --camera, or RECORDING#N");
-  options.required("--method", method, method_names(cloud_filters()));
+  options.required("--method", method,
+                   method_names(cloud_filters()) + ", " + kDepthFilterNames + " (organised)");
   options.repeated("--set", overrides, "key=value over the method's defaults; repeatable");
   options.value("--camera", camera, "camera.toml of a bare PNG");
   options.required("-o,--output", output, "OUT.pcd or OUT.ply");
@@ -57,21 +89,17 @@ int run_filter(std::span<const std::string> args) {
   if (!options.parse(args)) return 0;
 
   const Input input = load_input(file, {camera, ""});
-  const std::unique_ptr<StoredSurface> stored = make_surface(input);
-  const std::size_t before = stored->surface.size;
-  LoadedStage<CloudFilter> filter(cloud_filters(), method, overrides, limits_for(before));
-  const Result<std::size_t> removed = filter->apply(stored->surface);
-  if (!removed) require_ok(removed.error(), method);
-  write_cloud(output, cloud_of_surface(stored->surface));
+  const Filtered filtered = is_depth_filter(method) ? filter_grid(input, method, overrides)
+                                                    : filter_surface(input, method, overrides);
+  write_cloud(output, filtered.cloud);
   if (json) {
     const nlohmann::ordered_json answer = {{"method", method},
-                                           {"input_points", before},
-                                           {"output_points", stored->surface.size},
-                                           {"removed", before - stored->surface.size},
-                                           {"spacing_m", stored->surface.spacing_m}};
+                                           {"input_points", filtered.before},
+                                           {"output_points", filtered.after},
+                                           {"removed", filtered.before - filtered.after}};
     std::cout << answer.dump(2) << "\n";
   } else {
-    std::cout << output << ": " << stored->surface.size << " of " << before << " points\n";
+    std::cout << output << ": " << filtered.after << " of " << filtered.before << " points\n";
   }
   return 0;
 }

@@ -41,6 +41,7 @@ int run_keypoints(std::span<const std::string> args) {
   require_fast_mode(mode);
   const Input input = load_input(file, {camera, ""});
   const std::unique_ptr<StoredSurface> stored = make_surface(input);
+  stored->surface.spacing_m = measured_spacing_m(stored->surface);
   const std::vector<Keypoint> keypoints = detect_keypoints(stored->surface, detector, overrides);
   if (!json) std::cout << keypoints.size() << " keypoints\n";
   nlohmann::ordered_json list = nlohmann::ordered_json::array();

@@ -73,6 +73,7 @@ int run_normals(std::span<const std::string> args) {
   for (const std::span<float>& plane : {surface.nx, surface.ny, surface.nz}) {
     std::fill(plane.begin(), plane.end(), 0.0F);
   }
+  surface.spacing_m = measured_spacing_m(surface);
   if (!viewpoint.empty()) {
     const std::vector<double> from = parse_numbers(viewpoint, 3, "--viewpoint");
     surface.viewpoint = Vec3d(from[0], from[1], from[2]).cast<float>();

@@ -44,6 +44,7 @@ struct Options::State {
     app.set_help_flag("-h,--help", "print this text");
     app.allow_windows_style_options(false);
     app.get_formatter()->column_width(34);
+    app.get_formatter()->label("REQUIRED", "(required)");
   }
 
   [[nodiscard]] InputError usage(const std::string& text) const {

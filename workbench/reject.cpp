@@ -49,6 +49,8 @@ int run_reject(std::span<const std::string> args) {
 
   const std::unique_ptr<StoredSurface> source = make_surface(load_input(source_name, {}));
   const std::unique_ptr<StoredSurface> target = make_surface(load_input(target_name, {}));
+  source->surface.spacing_m = measured_spacing_m(source->surface);
+  target->surface.spacing_m = measured_spacing_m(target->surface);
   const std::vector<Correspondence> given = load_correspondences(pairs_file);
   std::vector<Keypoint> source_keypoints;
   std::vector<Keypoint> target_keypoints;
@@ -64,12 +66,17 @@ int run_reject(std::span<const std::string> args) {
                                             limits_for(given.size()));
   const PairView view = {&source->surface, &target->surface, source_keypoints, target_keypoints};
   Rng rng(static_cast<std::uint64_t>(seed));
-  require_ok(stage->reject(view, pairs, rng), method);
+  const Status status = stage->reject(view, pairs, rng);
+  if (!status && status.error().code != Code::NoConsensus &&
+      status.error().code != Code::TooFewCorrespondences) {
+    require_ok(status, method);
+  }
+  if (!status) pairs.clear();
   std::vector<Correspondence> kept;
   for (const Correspondence& pair : pairs)
     kept.push_back(given[static_cast<std::size_t>(pair.source)]);
   print_correspondences(kept, json);
-  return 0;
+  return status ? 0 : 1;
 }
 
 }  // namespace grapnel

@@ -1,7 +1,9 @@
 #include "workbench/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <new>
 
 #include "base/arena.h"
@@ -159,6 +161,31 @@ std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud) {
 
 std::unique_ptr<StoredSurface> make_surface(const Input& input) {
   return input.is_frame() ? make_surface(input.frame()) : make_surface(input.cloud());
+}
+
+double measured_spacing_m(const Surface& surface) {
+  constexpr std::size_t kSamples = 200;
+  if (surface.size < 2) return 0.0;
+  if (surface.organised()) {
+    std::vector<float> z(surface.z.begin(),
+                         surface.z.begin() + static_cast<std::ptrdiff_t>(surface.size));
+    const auto middle = z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2);
+    std::nth_element(z.begin(), middle, z.end());
+    return static_cast<double>(*middle) / surface.grid.intrinsics.fx;
+  }
+  const std::size_t step = std::max<std::size_t>(1, surface.size / kSamples);
+  double sum_m = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < surface.size; i += step) {
+    float nearest_m2 = std::numeric_limits<float>::max();
+    for (std::size_t j = 0; j < surface.size; ++j) {
+      const float square_m2 = (surface.point(j) - surface.point(i)).squaredNorm();
+      if (j != i && square_m2 < nearest_m2) nearest_m2 = square_m2;
+    }
+    sum_m += std::sqrt(static_cast<double>(nearest_m2));
+    ++count;
+  }
+  return sum_m / static_cast<double>(count);
 }
 
 }  // namespace grapnel

@@ -36,4 +36,9 @@ class StoredSurface {
 [[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const DepthFrame& frame);
 [[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud);
 
+/// Distance between neighbouring samples, metres: of a grid the pixel pitch at the median depth, of
+/// a cloud the mean distance to the nearest other point, over at most 200 points. 0 for fewer than
+/// two points. O(points).
+[[nodiscard]] double measured_spacing_m(const Surface& surface);
+
 }  // namespace grapnel

@@ -30,7 +30,7 @@ struct TeachOptions {
   std::string symmetry = "none";
   std::vector<std::string> masks;
   double voxel_m = 0.0;
-  std::int64_t min_views = 0;
+  std::int64_t min_views = 1;
   std::int64_t max_points = 15000;
   bool identity = false;
   bool center = false;
@@ -46,7 +46,7 @@ std::optional<TeachOptions> parse(std::span<const std::string> args) {
   TeachOptions wanted;
   Options options("teach",
                   "Fuses frames of known pose into a model: points with normals, in metres.");
-  options.positionals("RECORDING…", wanted.recordings, 1,
+  options.positionals("RECORDING", wanted.recordings, 1,
                       "recordings with groundtruth.txt (world_from_camera), or of a still part");
   options.required("-o,--output", wanted.output, "MODEL.ply or .pcd; MODEL.toml is written beside");
   options.value("--frames", wanted.frames, "frames of each recording, as 0,2,4 or 0-16:2 (all)");
@@ -55,8 +55,8 @@ std::optional<TeachOptions> parse(std::span<const std::string> args) {
                "images, black = leave out: one for all frames or one a frame");
   options.number("--voxel", wanted.voxel_m, 0.0, 1.0,
                  "metres; 0 = the frames' own sampling, wider where --max-points asks for it");
-  options.integer("--min-views", wanted.min_views, 0, 1000,
-                  "frames that must have seen a point; 0 = 2, or 1 with a single frame");
+  options.integer("--min-views", wanted.min_views, 1, 1000,
+                  "frames that must have seen a point; more drop what few frames cover");
   options.integer("--max-points", wanted.max_points, 100, 1000000, "of the model");
   options.value("--symmetry", wanted.symmetry, "declared in MODEL.toml: none, z180, box, …");
   options.flag("--identity", wanted.identity, "the camera stood still: ignore groundtruth.txt");
@@ -162,8 +162,7 @@ double sampling_m(const std::vector<TaughtView>& views, double focal_px) {
 CloudData fuse(const TeachOptions& wanted, const std::vector<TaughtView>& views, double voxel_m) {
   Fusion fusion(voxel_m, parse_box(wanted.roi));
   for (const TaughtView& view : views) fusion.add(view.samples, view.model_from_camera);
-  const int automatic = views.size() > 1 ? 2 : 1;
-  return fusion.cloud(wanted.min_views > 0 ? static_cast<int>(wanted.min_views) : automatic);
+  return fusion.cloud(static_cast<int>(wanted.min_views));
 }
 
 void move_to_center(CloudData& cloud) {

@@ -96,5 +96,25 @@ TEST(MakeSurface, LeavesOutPointsWithoutReadingAndScalesNormals) {
   EXPECT_FALSE(stored->surface.has_normal(1));
 }
 
+TEST(MeasuredSpacing, OfALatticeIsItsStep) {
+  CloudData cloud;
+  for (int i = 0; i < 900; ++i) {
+    cloud.x.push_back(0.02F * static_cast<float>(i % 30));
+    cloud.y.push_back(0.02F * static_cast<float>(i / 30));
+    cloud.z.push_back(0.0F);
+  }
+  cloud.width = 900;
+  EXPECT_NEAR(measured_spacing_m(make_surface(cloud)->surface), 0.02, 1e-6);
+}
+
+TEST(MeasuredSpacing, OfAGridIsThePixelPitchAtItsDepth) {
+  const std::vector<std::uint16_t> depth(static_cast<std::size_t>(kCamera.width * kCamera.height),
+                                         1200);
+  DepthFrame frame;
+  frame.depth = {depth.data(), kCamera.width, kCamera.height};
+  frame.intrinsics = kCamera;
+  EXPECT_NEAR(measured_spacing_m(make_surface(frame)->surface), 1.2 / kCamera.fx, 1e-6);
+}
+
 }  // namespace
 }  // namespace grapnel
