@@ -12,7 +12,21 @@ namespace grapnel {
 namespace {
 
 /// What a vertex property is to us.
-enum class Role : std::uint8_t { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, Intensity, Curvature, Label, kCount };
+enum class Role : std::uint8_t {
+  X,
+  Y,
+  Z,
+  Nx,
+  Ny,
+  Nz,
+  Red,
+  Green,
+  Blue,
+  Intensity,
+  Curvature,
+  Label,
+  kCount
+};
 constexpr std::size_t kRoles = static_cast<std::size_t>(Role::kCount);
 
 constexpr std::array<std::pair<std::string_view, Role>, 21> kRoleNames = {{

@@ -21,6 +21,7 @@ bool TextScanner::next_line(std::string_view& line) noexcept {
   line = text_.substr(at_, last ? std::string_view::npos : end - at_);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   at_ = last ? text_.size() : end + 1;
+  inside_line_ = false;
   ++line_;
   return true;
 }
@@ -32,12 +33,13 @@ bool TextScanner::next_word(std::string_view& word) noexcept {
   }
   const std::size_t begin = at_;
   while (at_ < text_.size() && !blank(text_[at_]) && text_[at_] != '\n') ++at_;
+  inside_line_ = at_ > 0 && text_[at_ - 1] != '\n';
   word = text_.substr(begin, at_ - begin);
   return !word.empty();
 }
 
 InputError TextScanner::problem(const std::string& text) const {
-  return InputError(file_ + ":" + std::to_string(line_) + ": " + text);
+  return InputError(file_ + ":" + std::to_string(line()) + ": " + text);
 }
 
 bool take_word(std::string_view& rest, std::string_view& word) noexcept {

@@ -18,8 +18,8 @@ class TextScanner {
   bool next_line(std::string_view& line) noexcept;
   /// The next word across lines. False at the end of the text.
   bool next_word(std::string_view& word) noexcept;
-  /// Number of the line that was read last, from 1.
-  [[nodiscard]] std::size_t line() const noexcept { return line_; }
+  /// Number of the line that was read last, or in which the last word stands, from 1.
+  [[nodiscard]] std::size_t line() const noexcept { return line_ + (inside_line_ ? 1 : 0); }
   /// Bytes read so far.
   [[nodiscard]] std::size_t offset() const noexcept { return at_; }
   [[nodiscard]] std::size_t remaining() const noexcept { return text_.size() - at_; }
@@ -30,7 +30,8 @@ class TextScanner {
   std::string_view text_;
   std::string file_;
   std::size_t at_ = 0;
-  std::size_t line_ = 0;
+  std::size_t line_ = 0;  // whole lines read
+  bool inside_line_ = false;
 };
 
 /// Splits the first word (blanks and tabs part words) off `rest`. False when there is none.
