@@ -145,6 +145,15 @@ ConfigTable parse(std::string_view text, const std::string& file_name) {
 
 }  // namespace
 
+ConfigTable::ConfigTable() = default;
+ConfigTable::ConfigTable(std::string file, std::string path, int line)
+    : file_(std::move(file)), path_(std::move(path)), line_(line) {}
+ConfigTable::ConfigTable(const ConfigTable& other) = default;
+ConfigTable::ConfigTable(ConfigTable&& other) noexcept = default;
+ConfigTable& ConfigTable::operator=(const ConfigTable& other) = default;
+ConfigTable& ConfigTable::operator=(ConfigTable&& other) noexcept = default;
+ConfigTable::~ConfigTable() = default;
+
 const ConfigValue* ConfigTable::find(std::string_view key) const noexcept {
   for (const auto& [name, value] : entries_) {
     if (name == key) return &value;

@@ -26,9 +26,14 @@ struct ConfigValue {
 /// A table of a configuration file: keys in file order. A sub-table is a list of one table.
 class ConfigTable {
  public:
-  ConfigTable() = default;
-  ConfigTable(std::string file, std::string path, int line)
-      : file_(std::move(file)), path_(std::move(path)), line_(line) {}
+  ConfigTable();
+  ConfigTable(std::string file, std::string path, int line);
+  // Defined where ConfigValue, which holds tables itself, can be taken apart.
+  ConfigTable(const ConfigTable& other);
+  ConfigTable(ConfigTable&& other) noexcept;
+  ConfigTable& operator=(const ConfigTable& other);
+  ConfigTable& operator=(ConfigTable&& other) noexcept;
+  ~ConfigTable();
 
   [[nodiscard]] const ConfigValue* find(std::string_view key) const noexcept;
   void set(std::string_view key, ConfigValue value);

@@ -16,6 +16,9 @@ if(GRAPNEL_SANITIZE)
     target_compile_options(grapnel_options INTERFACE -fno-sanitize-recover=undefined)
   endif()
 endif()
+if(GRAPNEL_FUZZ)
+  target_compile_options(grapnel_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 
 # grapnel_library(NAME [LIBS …]): a static library of every .cpp below the calling folder.
 function(grapnel_library name)
