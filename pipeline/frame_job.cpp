@@ -278,7 +278,8 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
   findings.tolerance_m = floor_m;
   if (!s_.search.candidates().empty()) {
     const Candidate& best = s_.search.candidates()[0];
-    const Pose& pose = best.refined.target_from_source;
+    const Pose pose =
+        canonical_pose(best.refined.target_from_source, s_.grasp[model_i], model.symmetry);
     report.has_pose = true;
     report.target_from_source = pose;
     report.iterations = best.refined.iterations;

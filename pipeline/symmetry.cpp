@@ -81,6 +81,13 @@ Pose nearest_equivalent(const Pose& found, const Pose& reference, Symmetry symme
   return found;
 }
 
+Pose canonical_pose(const Pose& camera_from_model, const Pose& model_from_grasp,
+                    Symmetry symmetry) noexcept {
+  Pose reference = camera_from_model;
+  reference.linear() = model_from_grasp.linear().transpose();
+  return nearest_equivalent(camera_from_model, reference, symmetry);
+}
+
 bool equivalent(const Pose& a, const Pose& b, Symmetry symmetry, double tolerance_m,
                 double tolerance_rad) noexcept {
   if ((a.translation() - b.translation()).norm() > tolerance_m) return false;
