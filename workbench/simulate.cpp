@@ -11,6 +11,7 @@
 #include "workbench/commands.h"
 #include "workbench/options.h"
 #include "workbench/progress.h"
+#include "workbench/simulate/scene_help.h"
 #include "workbench/simulate/simulated_recording.h"
 
 namespace grapnel {
@@ -21,13 +22,14 @@ int run_simulate(std::span<const std::string> args) {
   std::optional<std::string> seed;
   std::optional<std::string> frames;
   std::vector<std::string> overrides;
-  Options options("grapnel simulate",
+  Options options("simulate",
                   "Renders a conveyor scene into a recording, with the truth beside it.");
   options.positional("SCENE.toml", scene_file, "the scene");
   options.required("-o,--output", folder, "folder of the recording; must not hold one yet");
   options.value("--seed", seed, "of everything random, instead of the scene's");
   options.value("--frames", frames, "length, instead of the scene's");
   options.repeated("--set", overrides, "key=value, as camera.height_m=1.0; may be repeated");
+  options.footer(scene_help());
   if (!options.parse(args)) return 0;
   ConfigTable table = load_config(scene_file);
   if (seed) overrides.push_back("scene.seed=" + *seed);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/config.h"
-#include "base/field.h"
 #include "base/geometry.h"
 #include "drivers/synthetic/shapes.h"
 #include "drivers/synthetic/structured_light.h"
@@ -65,11 +64,19 @@ struct ScenePart {
   Pose world_from_model = Pose::Identity();  ///< while its station is under the camera
 };
 
+/// The right answer to a trigger.
+enum class Expectation : std::uint8_t {
+  Accept,  ///< the part's pose
+  Empty,   ///< nothing is there
+  Wrong,   ///< what is there is no instance of the model
+};
+inline constexpr std::string_view kExpectationNames[] = {"accept", "empty", "wrong"};
+
 /// One trigger of the line: at a station's dwell.
 struct SceneEvent {
-  std::string kind;      ///< what lies there, for people
-  std::string model;     ///< the model that the line asks for
-  std::string expected;  ///< "accept", "empty" or "wrong"
+  std::string kind;   ///< what lies there, for people
+  std::string model;  ///< the model that the line asks for
+  Expectation expected = Expectation::Accept;
   int station = 0;
   std::string part;  ///< name of the part whose pose is the truth; "" for none
 };
@@ -106,9 +113,6 @@ struct Scene {
   std::vector<SceneEvent> events;
   std::vector<SceneFault> faults;
 };
-
-[[nodiscard]] FieldTable scene_camera_fields();
-[[nodiscard]] FieldTable belt_fields();
 
 /// Reads SCENE.toml; meshes are looked for beside it. Throws InputError.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file);

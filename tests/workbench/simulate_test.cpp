@@ -13,6 +13,7 @@
 #include "drivers/replay/recording.h"
 #include "drivers/synthetic/scene.h"
 #include "workbench/commands.h"
+#include "workbench/simulate/scene_help.h"
 #include "workbench/simulate/simulated_recording.h"
 
 namespace grapnel {
@@ -166,19 +167,27 @@ TEST_F(Simulate, RefusesAFolderThatHoldsARecordingAndABadSeed) {
   EXPECT_EQ(run({"--seed", "many"}, "b"), 2);
 }
 
+TEST(SceneHelp, NamesEveryKeyWithUnitRangeAndDefault) {
+  const std::string help = scene_help();
+  EXPECT_NE(help.find("[camera]"), std::string::npos);
+  EXPECT_NE(help.find("height_m = 1.1 (m, 0.1 to 10): height above the belt"), std::string::npos);
+  EXPECT_NE(help.find("kind = \"box\" (box | carton | barrel | sack | mesh): its shape"),
+            std::string::npos);
+}
+
 TEST(DemoScene, HasTwelveEventsInAtMostTwentySeconds) {
   const Scene scene = load_scene(fs::path(GRAPNEL_SOURCE_DIR) / "config/scenes/demo.toml");
   EXPECT_LE(static_cast<double>(scene.frames) / scene.rate_hz, 20.0);
   EXPECT_EQ(scene.frames, std::int64_t{scene.belt.stations} * scene.belt.period_frames());
-  std::map<std::string, int> expected;
+  std::map<Expectation, int> expected;
   std::map<std::string, int> models;
   for (const SceneEvent& event : scene.events) {
     ++expected[event.expected];
-    if (event.expected == "accept") ++models[event.model];
+    if (event.expected == Expectation::Accept) ++models[event.model];
   }
-  EXPECT_GE(expected["accept"], 5);
-  EXPECT_EQ(expected["empty"], 1);
-  EXPECT_EQ(expected["wrong"], 1);
+  EXPECT_GE(expected[Expectation::Accept], 5);
+  EXPECT_EQ(expected[Expectation::Empty], 1);
+  EXPECT_EQ(expected[Expectation::Wrong], 1);
   EXPECT_GE(models.size(), 3u);
 }
 

@@ -73,7 +73,7 @@ Json event_json(const Scene& scene, const SceneEvent& event, std::size_t id) {
   Json json = {{"id", id},
                {"kind", event.kind},
                {"model", event.model},
-               {"expected", event.expected},
+               {"expected", kExpectationNames[static_cast<std::size_t>(event.expected)]},
                {"first_frame", first},
                {"last_frame", last},
                {"trigger_frame", trigger},

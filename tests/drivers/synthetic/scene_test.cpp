@@ -145,6 +145,8 @@ TEST(Scene, RefusesWithFileLineKeyAndWhatIsAllowed) {
        "one of \"box\", \"carton\", \"barrel\", \"sack\", \"mesh\""},
       {"[[part]]\nstation = 3\n", "part.station: 3 is not allowed; 0 to 0"},
       {"[[part]]\nresting = \"leaning\"\n", "\"leaning\" is not allowed"},
+      {"[[random]]\nregion_m = []\n", "a list of 4 numbers is"},
+      {"[[event]]\nexpected = \"maybe\"\n", "one of \"accept\", \"empty\", \"wrong\" is"},
       {"[[part]]\nsize_m = [1, 2]\n", "a list of 3 numbers is"},
       {"[[part]]\nkind = \"mesh\"\n", "needs a file"},
       {"[[event]]\nexpected = \"accept\"\n", "names its part"},
