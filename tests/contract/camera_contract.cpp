@@ -46,10 +46,11 @@ void CameraContract::SetUp() {
   ASSERT_NE(camera_, nullptr);
 }
 
-std::unique_ptr<FramePool> CameraContract::make_pool(std::size_t slots) const {
+FramePool* CameraContract::make_pool(std::size_t slots) {
   const CameraInfo info = driver_->declared();
-  return std::make_unique<FramePool>(slots, info.intrinsics.width, info.intrinsics.height,
-                                     info.has_color);
+  pools_.push_back(std::make_unique<FramePool>(slots, info.intrinsics.width, info.intrinsics.height,
+                                               info.has_color));
+  return pools_.back().get();
 }
 
 bool CameraContract::wait_for(FramePool& pool, const std::function<bool()>& done) {
@@ -89,7 +90,7 @@ TEST_P(CameraContract, OpensAsDeclaredAndAnswersTheSameWhenOpenedAgain) {
 }
 
 TEST_P(CameraContract, RefusesToStartBeforeItIsOpenAndAfterItIsClosed) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   const Status before = camera_->start(*pool, {});
   ASSERT_FALSE(before.ok());
   EXPECT_EQ(before.error().code, Code::SensorNotConnected);
@@ -108,13 +109,13 @@ TEST_P(CameraContract, RefusesAPoolThatIsTooSmall) {
   FramePool low(3, intrinsics.width, intrinsics.height - 1, true);
   EXPECT_FALSE(camera_->start(narrow, {}).ok());
   EXPECT_FALSE(camera_->start(low, {}).ok());
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   EXPECT_TRUE(camera_->start(*pool, {}).ok());
 }
 
 TEST_P(CameraContract, DeliversFramesInOrderWithEverythingDeclared) {
   const CameraInfo declared = driver_->declared();
-  const auto pool = make_pool(4);
+  FramePool* const pool = make_pool(4);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, {}).ok());
   std::int64_t exposure_us = 0;
@@ -150,7 +151,7 @@ TEST_P(CameraContract, DeliversFramesInOrderWithEverythingDeclared) {
 }
 
 TEST_P(CameraContract, PublishesNothingAfterStop) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, {}).ok());
   ASSERT_TRUE(wait_for_frames(*pool, 3));
@@ -164,7 +165,7 @@ TEST_P(CameraContract, PublishesNothingAfterStop) {
 }
 
 TEST_P(CameraContract, StartsAgainAfterStopAndGoesOnCounting) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   std::uint64_t sequence = 0;
   std::int64_t exposure_us = 0;
@@ -184,7 +185,7 @@ TEST_P(CameraContract, StartsAgainAfterStopAndGoesOnCounting) {
 }
 
 TEST_P(CameraContract, OpensAgainAfterClose) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   for (int round = 0; round < 2; ++round) {
     ASSERT_TRUE(camera_->open().ok());
     ASSERT_TRUE(camera_->start(*pool, {}).ok());
@@ -195,7 +196,7 @@ TEST_P(CameraContract, OpensAgainAfterClose) {
 }
 
 TEST_P(CameraContract, TakesNoHarmFromCallsOutOfOrder) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   camera_->stop();
   camera_->close();
   camera_->close();
@@ -218,7 +219,7 @@ TEST_P(CameraContract, TakesNoHarmFromCallsOutOfOrder) {
 }
 
 TEST_P(CameraContract, CountsTheFramesThatFindNoFreeSlotAndLeavesLeasedOnesAlone) {
-  const auto pool = make_pool(2);
+  FramePool* const pool = make_pool(2);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, {}).ok());
   FrameLease first;
@@ -248,7 +249,7 @@ TEST_P(CameraContract, CountsTheFramesThatFindNoFreeSlotAndLeavesLeasedOnesAlone
 }
 
 TEST_P(CameraContract, TellsItsStatusToAnyThreadWhileItWorks) {
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   std::atomic<bool> done{false};
   std::thread watcher([&] {
     std::uint64_t frames = 0;
@@ -272,7 +273,7 @@ TEST_P(CameraContract, TellsItsStatusToAnyThreadWhileItWorks) {
 
 TEST_P(CameraContract, ShowsItsCaptureThreadAlive) {
   CaptureWatch watch;
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, watch.hooks()).ok());
   ASSERT_TRUE(wait_for_frames(*pool, 10));
@@ -290,7 +291,7 @@ TEST_P(CameraContract, MakesNoHeapCallOnItsCaptureThread) {
   if (!heap_guard_works()) GTEST_SKIP() << kNoHeapGuard;
   clear_first_heap_call();
   CaptureWatch watch;
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, watch.hooks()).ok());
   ASSERT_TRUE(wait_for_frames(*pool, 20));
@@ -301,7 +302,7 @@ TEST_P(CameraContract, MakesNoHeapCallOnItsCaptureThread) {
 
 TEST_P(CameraContract, GetsALostDeviceBackByItself) {
   if (!driver_->can_lose_device()) GTEST_SKIP() << "this driver's device can't be taken away here";
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, {}).ok());
   ASSERT_TRUE(wait_for_frames(*pool, 2));
@@ -322,7 +323,7 @@ TEST_P(CameraContract, GetsALostDeviceBackByItself) {
 
 TEST_P(CameraContract, StopsWhileItsDeviceIsLost) {
   if (!driver_->can_lose_device()) GTEST_SKIP() << "this driver's device can't be taken away here";
-  const auto pool = make_pool(3);
+  FramePool* const pool = make_pool(3);
   ASSERT_TRUE(camera_->open().ok());
   ASSERT_TRUE(camera_->start(*pool, {}).ok());
   driver_->lose_device(*camera_);

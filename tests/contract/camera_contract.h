@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "hal/camera.h"
@@ -61,14 +62,16 @@ class CameraContract : public testing::TestWithParam<CameraCase> {
  protected:
   void SetUp() override;
 
-  /// A pool as large as the driver's images.
-  [[nodiscard]] std::unique_ptr<FramePool> make_pool(std::size_t slots) const;
+  /// A pool as large as the driver's images. It lives as long as the fixture, so that a camera
+  /// which a test leaves running never loses it.
+  [[nodiscard]] FramePool* make_pool(std::size_t slots);
   /// Waits until `done()`, looking again at every publication. False after 10 s.
   [[nodiscard]] static bool wait_for(FramePool& pool, const std::function<bool()>& done);
   [[nodiscard]] static bool wait_for_frames(FramePool& pool, std::uint64_t more);
 
   MonotonicClock clock_;
   std::unique_ptr<CameraUnderTest> driver_;
+  std::vector<std::unique_ptr<FramePool>> pools_;
   std::unique_ptr<Camera> camera_;
 };
 
