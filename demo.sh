@@ -55,7 +55,7 @@ fi
 
 demo="$PWD/build/demo"
 recording="$demo/recording"
-key=$(cat config/scenes/demo.toml build/release/bin/grapnel | sha256sum | cut -d' ' -f1)
+key=$(cat config/scenes/demo.toml drivers/synthetic/*.cpp drivers/synthetic/*.h | sha256sum | cut -d' ' -f1)
 mkdir -p "$demo/state"
 if [ "$(cat "$demo/recording.key" 2>/dev/null)" != "$key" ]; then
   rm -rf "$recording" "$demo/recording.key"

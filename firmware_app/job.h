@@ -11,6 +11,7 @@
 #include "base/signal.h"
 #include "firmware_app/wakeup.h"
 #include "hal/plc.h"
+#include "pipeline/model.h"
 
 namespace grapnel {
 
@@ -21,7 +22,9 @@ inline constexpr std::size_t kMaxModels = 32;
 struct ModelProfile {
   std::uint16_t id = 0;
   std::uint16_t grasp_id = 0;
-  Pose model_from_grasp = Pose::Identity();  ///< pick offset and Z flip of the preset included
+  Symmetry symmetry = Symmetry::None;
+  Pose model_from_grasp = Pose::Identity();
+  Pose grasp_from_pick = Pose::Identity();  ///< pick offset and Z flip of the preset
 };
 
 /// What the field bus needs to know of the active preset.

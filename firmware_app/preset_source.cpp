@@ -1,5 +1,6 @@
 #include "firmware_app/preset_source.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,6 +44,25 @@ void check_budget(const Preset& preset, std::size_t needed, std::size_t budget) 
                           " (half of memory.budget_mb)");
 }
 
+void check_model_ids(const Preset& preset, const JobProfile& profile) {
+  const auto& ids = profile.preset.model_ids;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (std::count(ids.begin(), ids.end(), ids[i]) == 1) continue;
+    throw ConfigProblem(Code::PresetInvalid, preset.file.string() + ": models: two have the id " +
+                                                 std::to_string(ids[i]) +
+                                                 "; one model each is allowed");
+  }
+}
+
+/// How far the robot's pick frame stands off the taught grasp.
+Pose grasp_from_pick_of(const Preset& preset) {
+  Pose pose = Pose::Identity();
+  const std::vector<double>& offset_m = preset.pick_offset_m;
+  if (!offset_m.empty()) pose.translation() = Vec3d(offset_m[0], offset_m[1], offset_m[2]);
+  if (preset.flip_z) pose.linear() = Vec3d(1.0, -1.0, -1.0).asDiagonal();
+  return pose;
+}
+
 }  // namespace
 
 Preset read_preset(const Settings& settings, std::uint16_t number) {
@@ -50,7 +70,8 @@ Preset read_preset(const Settings& settings, std::uint16_t number) {
   try {
     file = find_preset(settings.presets_folder(), number);
   } catch (const InputError& problem) {
-    throw ConfigProblem(Code::PresetMissing, problem.what());
+    const bool twice = std::string(problem.what()).find(" is there twice") != std::string::npos;
+    throw ConfigProblem(twice ? Code::PresetInvalid : Code::PresetMissing, problem.what());
   }
   try {
     Preset preset = load_preset(file, settings.models_folder(), settings.roi.overrides);
@@ -80,13 +101,16 @@ JobProfile profile_of(const Preset& preset, const Settings& settings) {
   profile.robot_from_camera = settings.robot_from_camera();
   for (const Model& model : preset.models) {
     ModelProfile row;
-    row.id = model.id;
+    // A model without a number of its own goes by its place in the preset.
+    row.id = model.id != 0 ? model.id : static_cast<std::uint16_t>(profile.models.size() + 1);
+    row.symmetry = model.symmetry;
+    row.grasp_from_pick = grasp_from_pick_of(preset);
     if (!model.grasps.empty()) {
       row.grasp_id = model.grasps.front().id;
       row.model_from_grasp = model.grasps.front().model_from_grasp;
     }
     profile.models.push_back(row);
-    profile.preset.model_ids.push_back(model.id);
+    profile.preset.model_ids.push_back(row.id);
   }
   return profile;
 }
@@ -101,6 +125,7 @@ std::unique_ptr<ActivePreset> FilePresetSource::load(const Settings& settings, s
   check_budget(preset, required_bytes_of(preset), memory.size());
   auto active = std::make_unique<ActivePreset>();
   active->profile = profile_of(preset, settings);
+  check_model_ids(preset, active->profile);
   try {
     active->runner =
         std::make_unique<RegistrarRunner>(Registrar::create(std::move(preset), memory));

@@ -28,6 +28,11 @@ FieldTable preset_fields() noexcept {
       number_field<&Preset::pose_format>("pose_format", "", 1, 7,
                                          "how poses are written for the PLC"),
       number_field<&Preset::retries>("retries", "", 0, 20, "further frames tried by command 24"),
+      numbers_field<&Preset::pick_offset_m>(
+          "pick_offset_m", "m", -2.0, 2.0,
+          "x, y, z in the grasp's frame, added to every grasp; empty: none"),
+      bool_field<&Preset::flip_z>(
+          "flip_z", "turn the grasp's frame half round its x, for a flange whose z points up"),
   };
   return kFields;
 }
@@ -131,6 +136,11 @@ Preset load_preset(const fs::path& file, const fs::path& models_folder,
   ConfigReader reader(preset.source);
   reader.take_text("description", "");
   reader.take_fields(preset_fields(), &preset);
+  if (!preset.pick_offset_m.empty() && preset.pick_offset_m.size() != 3) {
+    throw reader.problem("pick_offset_m", "a list of " +
+                                              std::to_string(preset.pick_offset_m.size()) +
+                                              " numbers is not allowed; 3 are");
+  }
   if (const ConfigTable* limits = reader.take_table("limits")) {
     ConfigReader entry(*limits);
     entry.take_fields(limits_fields(), &preset.limits);

@@ -25,7 +25,10 @@ struct Preset {
   std::uint16_t timeout_ms = 500;  ///< job deadline when the PLC gives none
   std::uint16_t pose_format = 1;
   std::uint16_t retries = 0;  ///< further frames tried by command 24
-  ConfigTable source;         ///< the whole file, overrides applied
+  std::vector<double>
+      pick_offset_m;    ///< x y z in the grasp's frame, added to every grasp; or empty
+  bool flip_z = false;  ///< half a turn about x of the grasp's frame: its z points the other way
+  ConfigTable source;   ///< the whole file, overrides applied
 };
 
 /// Reads and checks a preset and its models (paths relative to `models_folder`). `overrides` are

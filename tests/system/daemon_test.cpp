@@ -26,13 +26,15 @@ TEST(Daemon, TriggersToAPoseThatIsRight) {
   EXPECT_EQ(before.state, PlcState::Ready);
   EXPECT_EQ(before.flags & (kFlagReady | kFlagReplay | kFlagSensorOk | kFlagPresetOk),
             kFlagReady | kFlagReplay | kFlagSensorOk | kFlagPresetOk);
-  const PlcAnswer answer = plc.send(PlcCommandCode::Register, {.enc_trigger = 5, .part_tag = 77});
+  const PlcAnswer answer =
+      plc.send(PlcCommandCode::Register, {.timeout_ms = 10'000, .enc_trigger = 5, .part_tag = 77});
   const PlcResult& result = answer.reading.result;
   ASSERT_TRUE(answer.done);
   ASSERT_EQ(result.code, Code::ObjectFound);
   EXPECT_EQ(result.part_tag, 77U);
   EXPECT_EQ(result.enc_capture, 5U);
   EXPECT_EQ(result.preset, 10);
+  EXPECT_EQ(result.objects[0].model_id, 1);
   EXPECT_NE(result.preset_rev, 0);
   EXPECT_NE(answer.reading.status.flags & kFlagResultValid, 0);
   ASSERT_EQ(result.objects.size(), 1U);
@@ -44,6 +46,9 @@ TEST(Daemon, TriggersToAPoseThatIsRight) {
 }
 
 TEST(Daemon, CallsNoHeapAndFaultsNoPageOnItsRealTimeThreads) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer takes memory of its own";
+#endif
   const Site site;
   DaemonProcess daemon(site);
   ASSERT_TRUE(daemon.wait_ready());
@@ -146,7 +151,7 @@ TEST(Daemon, IsBackAfterAKillWithAnotherBootId) {
   EXPECT_EQ(reading.result_no, 0);
   EXPECT_EQ(reading.status.flags & kFlagResultValid, 0);
   // The promise is 2 s; the rest is for a machine that builds something beside.
-  EXPECT_LT(took, std::chrono::seconds(6));
+  EXPECT_LT(took, std::chrono::seconds(10));
 }
 
 TEST(Daemon, TakesOverASocketFromTheServiceManager) {

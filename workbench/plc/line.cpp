@@ -11,6 +11,7 @@
 #include "base/clock.h"
 #include "base/input_error.h"
 #include "drivers/modbus/plc_client.h"
+#include "firmware_app/preset_source.h"
 #include "firmware_app/settings.h"
 #include "pipeline/preset.h"
 #include "workbench/options.h"
@@ -38,7 +39,9 @@ class Line {
       const Preset preset = load_preset(find_preset(settings.presets_folder(), event.model),
                                         settings.models_folder(), settings.roi.overrides);
       if (preset.models.empty()) throw InputError(preset.file.string() + ": no model");
-      parts_[event.model] = {preset.number, preset.models.front()};
+      const ModelProfile profile = profile_of(preset, settings).models[0];
+      parts_[event.model] = {preset.number, preset.models.front(),
+                             profile.model_from_grasp * profile.grasp_from_pick};
     }
   }
 

@@ -45,8 +45,6 @@ std::string codes_text(const PlcResult& result) {
              : text;
 }
 
-const Pose& grasp_of(const LinePart& part) { return part.model.grasps.front().model_from_grasp; }
-
 std::vector<Vec3f> points_of(const Model& model) {
   std::vector<Vec3f> points;
   for (std::size_t i = 0; i < model.size(); ++i) {
@@ -78,7 +76,8 @@ LineOutcome judge_line_answer(const LineEvent& event, const LinePart& part, cons
     case Expectation::Accept:
       if (!outcome.accepted) break;
       const Pose camera_from_model = frame_from_camera.inverse() *
-                                     result.objects[0].frame_from_grasp * grasp_of(part).inverse();
+                                     result.objects[0].frame_from_grasp *
+                                     part.model_from_pick.inverse();
       const PoseError error = pose_error(camera_from_model, event.camera_from_model,
                                          part.model.symmetry, points_of(part.model));
       outcome.error_m = error.mean_displacement_m;
@@ -102,11 +101,11 @@ std::string line_table_row(const LineEvent& event, const LinePart& part, const P
     Pose camera_from_model = event.camera_from_model;
     if (outcome.accepted) {
       const Pose found = frame_from_camera.inverse() * result.objects[0].frame_from_grasp *
-                         grasp_of(part).inverse();
+                         part.model_from_pick.inverse();
       camera_from_model = nearest_equivalent(camera_from_model, found, part.model.symmetry);
       error = print("%6.2f %6.2f", outcome.error_m * 1e3, outcome.error_rad * kDegrees);
     }
-    truth = pose_text(frame_from_camera * camera_from_model * grasp_of(part));
+    truth = pose_text(frame_from_camera * camera_from_model * part.model_from_pick);
   }
   const std::string fitness = seen ? print("%7.3f", result.objects[0].fitness) : "      -";
   return print("%-4u %-14s %-8s %-43s  %-43s %s %s %6.1f  ", event.id, event.kind.c_str(),

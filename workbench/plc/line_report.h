@@ -14,6 +14,7 @@ namespace grapnel {
 struct LinePart {
   std::uint16_t preset = 0;
   Model model;
+  Pose model_from_pick = Pose::Identity();  ///< what the device reports the pose of
 };
 
 /// How one trigger went.
