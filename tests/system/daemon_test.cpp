@@ -34,10 +34,10 @@ TEST(Daemon, TriggersToAPoseThatIsRight) {
   EXPECT_EQ(result.part_tag, 77U);
   EXPECT_EQ(result.enc_capture, 5U);
   EXPECT_EQ(result.preset, 10);
-  EXPECT_EQ(result.objects[0].model_id, 1);
   EXPECT_NE(result.preset_rev, 0);
   EXPECT_NE(answer.reading.status.flags & kFlagResultValid, 0);
   ASSERT_EQ(result.objects.size(), 1U);
+  EXPECT_EQ(result.objects[0].model_id, 1);
   // The sack's place in the scene, seen by a camera 1.1 m above that looks straight down: x stays,
   // y turns over. 5 mm is a few steps of the sensor's depth at 1 m.
   const Vec3d grasp = result.objects[0].frame_from_grasp.translation();
