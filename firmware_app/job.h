@@ -11,7 +11,6 @@
 #include "base/signal.h"
 #include "firmware_app/wakeup.h"
 #include "hal/plc.h"
-#include "pipeline/model.h"
 
 namespace grapnel {
 
@@ -22,7 +21,6 @@ inline constexpr std::size_t kMaxModels = 32;
 struct ModelProfile {
   std::uint16_t id = 0;
   std::uint16_t grasp_id = 0;
-  Symmetry symmetry = Symmetry::None;
   Pose model_from_grasp = Pose::Identity();
   Pose grasp_from_pick = Pose::Identity();  ///< pick offset and Z flip of the preset
 };

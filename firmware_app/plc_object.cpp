@@ -19,22 +19,6 @@ std::uint32_t reason_bits(const RegistrationReport& report) noexcept {
   return bits;
 }
 
-Pose reachable_equivalent(const Pose& camera_from_model, const ModelProfile& model) noexcept {
-  if (model.symmetry == Symmetry::None) return camera_from_model;
-  // nearest_equivalent() takes the pose R with the largest trace(Aᵀ R). The grasp's depth is the z
-  // of R g, so A = -e_z gᵀ asks for the least depth; the second term asks for the camera's own
-  // orientation and only decides where depths are equal.
-  constexpr double kTurnWeight = 1e-3;
-  constexpr double kAtOriginM = 1e-3;
-  const Vec3d grasp = model.model_from_grasp.translation();
-  Pose wanted = Pose::Identity();
-  wanted.linear() = kTurnWeight * model.model_from_grasp.linear().transpose();
-  if (grasp.norm() > kAtOriginM) {
-    wanted.linear() -= Vec3d::UnitZ() * grasp.normalized().transpose();
-  }
-  return nearest_equivalent(camera_from_model, wanted, model.symmetry);
-}
-
 PlcObject to_plc_object(const RegistrationReport& report, const JobProfile& profile,
                         bool camera_frame, std::uint16_t extra_quality) noexcept {
   PlcObject object;
@@ -62,8 +46,8 @@ PlcObject to_plc_object(const RegistrationReport& report, const JobProfile& prof
   const ModelProfile& model = profile.models[report.model];
   object.model_id = model.id;
   object.pick_point_id = model.grasp_id;
-  const Pose camera_from_pick = reachable_equivalent(report.target_from_source, model) *
-                                model.model_from_grasp * model.grasp_from_pick;
+  const Pose camera_from_pick =
+      report.target_from_source * model.model_from_grasp * model.grasp_from_pick;
   object.frame_from_grasp =
       to_robot ? profile.robot_from_camera * camera_from_pick : camera_from_pick;
   return object;

@@ -14,12 +14,6 @@ namespace grapnel {
 [[nodiscard]] PlcObject to_plc_object(const RegistrationReport& report, const JobProfile& profile,
                                       bool camera_frame, std::uint16_t extra_quality) noexcept;
 
-/// Of the poses that the model's symmetry makes equal, the one whose grasp lies nearest to the
-/// camera, and then the one whose grasp is turned least against the camera: a robot can reach it,
-/// and it does not jump between two calls.
-[[nodiscard]] Pose reachable_equivalent(const Pose& camera_from_model,
-                                        const ModelProfile& model) noexcept;
-
 /// REASONS register: bit n stands for code 1000 + n.
 [[nodiscard]] std::uint32_t reason_bits(const RegistrationReport& report) noexcept;
 

@@ -103,7 +103,6 @@ JobProfile profile_of(const Preset& preset, const Settings& settings) {
     ModelProfile row;
     // A model without a number of its own goes by its place in the preset.
     row.id = model.id != 0 ? model.id : static_cast<std::uint16_t>(profile.models.size() + 1);
-    row.symmetry = model.symmetry;
     row.grasp_from_pick = grasp_from_pick_of(preset);
     if (!model.grasps.empty()) {
       row.grasp_id = model.grasps.front().id;

@@ -55,9 +55,9 @@ struct Model {
 [[nodiscard]] Pose nearest_equivalent(const Pose& found, const Pose& reference,
                                       Symmetry symmetry) noexcept;
 
-/// Of all poses equivalent to `found`, the one whose grasp is best reached from the camera: the
-/// grasp frame's axes nearest to the camera's own, so that z (into the part) looks away from the
-/// camera. The same part gets the same answer wherever the search began.
+/// Of all equivalent poses the one whose grasp is best reached from the camera: the grasp nearest
+/// to it, and of equally near ones the grasp frame's axes nearest to the camera's own. The same
+/// part gets the same answer wherever the search began.
 [[nodiscard]] Pose canonical_pose(const Pose& camera_from_model, const Pose& model_from_grasp,
                                   Symmetry symmetry) noexcept;
 

@@ -83,8 +83,17 @@ Pose nearest_equivalent(const Pose& found, const Pose& reference, Symmetry symme
 
 Pose canonical_pose(const Pose& camera_from_model, const Pose& model_from_grasp,
                     Symmetry symmetry) noexcept {
+  // nearest_equivalent() takes the rotation R with the largest trace(Aᵀ R). The grasp's depth is
+  // the z of R g, so A = -e_z gᵀ asks for the least depth; the second term asks for the camera's
+  // own axes and decides only where the depths are equal.
+  constexpr double kTurnWeight = 1e-3;
+  constexpr double kAtOrigin_m = 1e-3;
+  const Vec3d grasp = model_from_grasp.translation();
   Pose reference = camera_from_model;
-  reference.linear() = model_from_grasp.linear().transpose();
+  reference.linear() = kTurnWeight * model_from_grasp.linear().transpose();
+  if (grasp.norm() > kAtOrigin_m) {
+    reference.linear() -= Vec3d::UnitZ() * grasp.normalized().transpose();
+  }
   return nearest_equivalent(camera_from_model, reference, symmetry);
 }
 

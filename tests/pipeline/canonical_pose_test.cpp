@@ -18,8 +18,8 @@ Pose turned_about(const Pose& pose, const Vec3d& axis, double angle_rad) {
 /// A part lying below a camera that looks down: its z axis points to the camera.
 Pose lying(double yaw_rad) {
   Pose pose = Pose::Identity();
-  pose.linear() = rotation_from_vector({math::kPi, 0.0, 0.0}) *
-                  rotation_from_vector({0.0, 0.0, yaw_rad});
+  pose.linear() =
+      rotation_from_vector({math::kPi, 0.0, 0.0}) * rotation_from_vector({0.0, 0.0, yaw_rad});
   pose.translation() = Vec3d(0.1, -0.05, 1.0);
   return pose;
 }
@@ -51,9 +51,20 @@ TEST(CanonicalPose, PutsTheGraspOnTheSideOfTheCamera) {
   const Pose upside_down = turned_about(lying(0.7), Vec3d::UnitX(), math::kPi);
   const Pose found = canonical_pose(upside_down, top_grasp(), Symmetry::Box);
   const Pose camera_from_grasp = found * top_grasp();
-  // The box's middle is 1 m away, its upper face 0.1 m nearer; the gripper moves away from the camera.
+  // The box's middle is 1 m away, its upper face 0.1 m nearer; the gripper moves away from the
+  // camera.
   EXPECT_NEAR(camera_from_grasp.translation().z(), 0.9, kTolerance);
   EXPECT_NEAR(camera_from_grasp.linear()(2, 2), 1.0, kTolerance);
+}
+
+TEST(CanonicalPose, KeepsTheGraspOnTopWhateverTheHeading) {
+  // Upside down turns the frame by half a turn, and so does a heading of half a turn.
+  for (const double yaw_rad : {3.0, math::kPi, -3.0}) {
+    for (const Symmetry symmetry : {Symmetry::X180, Symmetry::Y180, Symmetry::AxisZFlip}) {
+      const Pose found = canonical_pose(lying(yaw_rad), top_grasp(), symmetry);
+      EXPECT_NEAR((found * top_grasp()).translation().z(), 0.9, kTolerance) << yaw_rad;
+    }
+  }
 }
 
 TEST(CanonicalPose, OfABarrelDoesNotDependOnTheSpinThatWasFound) {
