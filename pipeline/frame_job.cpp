@@ -14,9 +14,9 @@ namespace {
 constexpr double kBoxMargin = 0.2;  // diameters
 // Pixels of the view that poses are tested in, diameters: about 120 across a part.
 constexpr double kViewPitch = 0.008;
-// Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller parts.
+// Match tolerance at the least: 4 mm at the scale of parcels, a fiftieth of small parts.
 constexpr double kFloor_m = 0.004;
-constexpr double kFloorOfDiameter = 0.01;
+constexpr double kFloorOfDiameter = 0.02;
 
 std::uint64_t hash_of(const DepthFrame& frame, std::uint64_t seed) noexcept {
   for (int v = 0; v < frame.depth.height; ++v) {

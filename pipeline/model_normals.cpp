@@ -14,6 +14,9 @@ namespace grapnel {
 namespace {
 
 constexpr std::size_t kNeighbours = 24;
+// A denser cloud is averaged down to this many points first: several readings of one place lie one
+// behind the other, and their neighbours say nothing about the surface.
+constexpr std::size_t kMaxPoints = 12000;
 
 struct Points {
   const Model* model;
@@ -120,7 +123,52 @@ double mean_nearest_distance_m(const Model& model) {
   return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 
-void estimate_model_normals(Model& model) {
+namespace {
+
+/// Mean points of cubic cells, at most kMaxPoints of them.
+Model averaged(const Model& model) {
+  struct Entry {
+    std::uint64_t cell = 0;
+    std::uint32_t point = 0;
+  };
+  std::vector<Entry> entries(model.size());
+  const float low_x = *std::min_element(model.x.begin(), model.x.end());
+  const float low_y = *std::min_element(model.y.begin(), model.y.end());
+  const float low_z = *std::min_element(model.z.begin(), model.z.end());
+  double edge_m = model.diameter_m / 1000.0;
+  for (;;) {
+    for (std::uint32_t i = 0; i < model.size(); ++i) {
+      const auto cell = [&](float value, float low) {
+        return static_cast<std::uint64_t>(static_cast<double>(value - low) / edge_m);
+      };
+      entries[i].point = i;
+      entries[i].cell = (cell(model.z[i], low_z) << 40U) + (cell(model.y[i], low_y) << 20U) +
+                        cell(model.x[i], low_x);
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+      return a.cell != b.cell ? a.cell < b.cell : a.point < b.point;
+    });
+    Model mean;
+    for (std::size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
+      Vec3d sum = Vec3d::Zero();
+      for (; end < entries.size() && entries[end].cell == entries[begin].cell; ++end) {
+        const std::uint32_t i = entries[end].point;
+        sum += Vec3d(model.x[i], model.y[i], model.z[i]);
+      }
+      sum /= static_cast<double>(end - begin);
+      mean.x.push_back(static_cast<float>(sum.x()));
+      mean.y.push_back(static_cast<float>(sum.y()));
+      mean.z.push_back(static_cast<float>(sum.z()));
+    }
+    mean.nx.resize(mean.size());
+    mean.ny.resize(mean.size());
+    mean.nz.resize(mean.size());
+    if (mean.size() <= kMaxPoints) return mean;
+    edge_m *= 1.1;
+  }
+}
+
+void estimate_directly(Model& model) {
   const Points points{&model};
   const Tree tree(3, points);
   std::vector<Nearest> around(model.size());
@@ -137,6 +185,28 @@ void estimate_model_normals(Model& model) {
   std::vector<std::uint8_t> done(model.size(), 0);
   for (std::uint32_t i = 0; i < model.size(); ++i) {
     if (done[i] == 0) orient_piece(model, around, i, centre.cast<float>(), done);
+  }
+}
+
+}  // namespace
+
+void estimate_model_normals(Model& model) {
+  if (model.size() <= kMaxPoints) {
+    estimate_directly(model);
+    return;
+  }
+  Model mean = averaged(model);
+  estimate_directly(mean);
+  const Points points{&mean};
+  const Tree tree(3, points);
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const std::array<float, 3> place = {model.x[i], model.y[i], model.z[i]};
+    std::uint32_t found = 0;
+    float square = 0.0F;
+    tree.knnSearch(place.data(), 1, &found, &square);
+    model.nx[i] = mean.nx[found];
+    model.ny[i] = mean.ny[found];
+    model.nz[i] = mean.nz[found];
   }
 }
 

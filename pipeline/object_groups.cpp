@@ -6,8 +6,8 @@
 namespace grapnel {
 namespace {
 
-// Pieces this near to each other in the image may be one part.
-constexpr int kGap_px = 4;
+// Pieces this near to each other in the image may be one part, in diameters.
+constexpr double kGap = 0.06;
 // A part reaches this far from the middle of what is seen of it, in diameters.
 constexpr double kReach = 0.65;
 // Coarser steps than this miss no part's end.
@@ -22,20 +22,22 @@ void ObjectGroups::reserve(Arena& arena, const Limits& limits) {
                                         static_cast<std::size_t>(limits.max_height));
 }
 
-void ObjectGroups::find_neighbours(const WorkingDepth& work) noexcept {
+void ObjectGroups::find_neighbours(const WorkingDepth& work, int gap_px) noexcept {
   std::fill(std::begin(beside_), std::end(beside_), 0U);
   const auto note = [&](std::uint8_t a, std::uint8_t b) {
     if (a == b || !is_component(b)) return;
     beside_[a - 1] |= 1U << (b - 1);
     beside_[b - 1] |= 1U << (a - 1);
   };
-  for (int v = 0; v < work.label.height; ++v) {
-    const std::uint8_t* row = work.label.row(v);
-    const std::uint8_t* below = v + kGap_px < work.label.height ? work.label.row(v + kGap_px) : row;
-    for (int u = 0; u < work.label.width; ++u) {
-      if (!is_component(row[u])) continue;
-      note(row[u], below[u]);
-      if (u + kGap_px < work.label.width) note(row[u], row[u + kGap_px]);
+  for (int gap = 1; gap <= gap_px; gap *= 2) {
+    for (int v = 0; v < work.label.height; ++v) {
+      const std::uint8_t* row = work.label.row(v);
+      const std::uint8_t* below = v + gap < work.label.height ? work.label.row(v + gap) : row;
+      for (int u = 0; u < work.label.width; ++u) {
+        if (!is_component(row[u])) continue;
+        note(row[u], below[u]);
+        if (u + gap < work.label.width) note(row[u], row[u + gap]);
+      }
     }
   }
 }
@@ -93,7 +95,9 @@ void ObjectGroups::find(const WorkingDepth& work, const Components& components,
     std::copy_n(work.label.row(v), work.label.width,
                 own_label_.data() + static_cast<std::ptrdiff_t>(v) * work.label.width);
   }
-  find_neighbours(work);
+  if (components.empty()) return;
+  const double pixels_per_m = work.intrinsics.fx / components[0].mean_depth_m;
+  find_neighbours(work, std::max(4, static_cast<int>(kGap * bounds.diameter_m * pixels_per_m)));
   std::uint32_t taken = 0;
   for (std::size_t i = 0; i < components.size(); ++i) {
     if ((taken >> i & 1U) != 0) continue;

@@ -41,7 +41,7 @@ struct RegistrationReport {
   Pose target_from_source =
       Pose::Identity();  ///< the best pose found, also when rejected; see has_pose
   bool has_pose = false;
-  double fitness = 0.0;   ///< matched share of the visible model, 0…1
+  double fitness = 0.0;   ///< matched share of the visible model where there is a reading, 0…1
   double rmse_m = 0.0;    ///< point-to-plane, of the matched samples
   double coverage = 0.0;  ///< share of the whole model confirmed (pairs: overlap), 0…1
   double free_space_violation = 0.0;  ///< share of visible samples the camera sees through, 0…1

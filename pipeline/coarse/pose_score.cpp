@@ -125,6 +125,27 @@ double PoseScore::explained_share(const Pose& pose, std::size_t max_samples) con
                           tolerance_m_, std::min(max_samples, scene_.samples->size));
 }
 
+Pose PoseScore::slid(const Pose& target_from_source, std::size_t max_samples) const noexcept {
+  const Pose inverse = target_from_source.inverse();
+  const Eigen::Matrix3f rotation = inverse.linear().cast<float>();
+  const Vec3f shift = inverse.translation().cast<float>();
+  const SampleSet& samples = *scene_.samples;
+  Vec3f way = Vec3f::Zero();
+  float count = 0.0F;
+  for (std::size_t i = 0; i < std::min(max_samples, samples.size); ++i) {
+    const Vec3f p = rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift;
+    const std::int32_t found = model_.table->nearby(p);
+    if (found < 0) continue;
+    way += p - model_.surface->point(static_cast<std::size_t>(found));
+    count += 1.0F;
+  }
+  Pose result = target_from_source;
+  if (count > 0.0F) {
+    result.translation() += target_from_source.linear() * (way / count).cast<double>();
+  }
+  return result;
+}
+
 double PoseScore::rate(const Pose& target_from_source, std::size_t max_samples,
                        double at_least) const noexcept {
   const double forward = scene_.view != nullptr ? seen_share(target_from_source, max_samples)

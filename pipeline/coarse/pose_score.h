@@ -53,6 +53,10 @@ class PoseScore {
   [[nodiscard]] double rate(const Pose& target_from_source, std::size_t max_samples,
                             double at_least) const noexcept;
 
+  /// The pose after a shift alone, that brings the measured samples nearer to the model's surface:
+  /// by the mean way to their closest points.
+  [[nodiscard]] Pose slid(const Pose& target_from_source, std::size_t max_samples) const noexcept;
+
  private:
   [[nodiscard]] double seen_share(const Pose& pose, std::size_t max_samples) const noexcept;
   [[nodiscard]] double met_share(const Pose& pose, std::size_t max_samples) const noexcept;

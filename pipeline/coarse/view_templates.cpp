@@ -83,6 +83,8 @@ FieldTable view_template_fields() noexcept {
   static constexpr std::array kFields = {
       number_field<&P::views>("views", "", 0, 2000, "directions a model is tried from; 0 = off"),
       number_field<&P::turns>("turns", "", 3, 360, "turns tried about each direction"),
+      number_field<&P::slides>("slides", "", 0, 20,
+                               "shifts toward the surface: for objects of which a part is missing"),
       number_field<&P::quick_samples>("quick_samples", "", 16, 4096, "samples of the first rating"),
       number_field<&P::finalists>("finalists", "", 1, 4096, "poses rated again with all samples"),
   };
@@ -137,13 +139,27 @@ Pose ViewTemplates::place(const ViewTemplate& view, std::size_t turn,
   return pose;
 }
 
+void ViewTemplates::keep_slid(Hypothesis hypothesis, const PoseScore& score,
+                              Hypotheses& finalists) const noexcept {
+  const Hypothesis placed = hypothesis;
+  for (std::size_t i = 0; i < params_.slides; ++i) {
+    hypothesis.target_from_source =
+        score.slid(hypothesis.target_from_source, params_.quick_samples);
+  }
+  if (params_.slides > 0) {
+    hypothesis.support = score(hypothesis.target_from_source, params_.quick_samples);
+  }
+  keep_best(finalists, hypothesis.support > placed.support ? hypothesis : placed);
+}
+
 void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
                             Hypotheses& hypotheses) noexcept {
   FixedList<Hypothesis> finalists(finalists_);
   const std::size_t turns = by_turn_.size();
   for (const ViewTemplate& view : views_) {
     if (!(view.visible_area_m2 > 0.0F)) continue;
-    const double weakest = finalists.full() ? finalists[finalists.size() - 1].support : 0.0;
+    const double weakest =
+        finalists.full() && params_.slides == 0 ? finalists[finalists.size() - 1].support : 0.0;
     for (std::size_t turn = 0; turn < turns; ++turn) {
       by_turn_[turn].target_from_source = place(view, turn, object_middle);
       by_turn_[turn].support =
@@ -154,7 +170,7 @@ void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
       const double before = by_turn_[(turn + turns - 1) % turns].support;
       const double after = by_turn_[(turn + 1) % turns].support;
       const double own = by_turn_[turn].support;
-      if (own >= before && own > after) keep_best(finalists, by_turn_[turn]);
+      if (own >= before && own > after) keep_slid(by_turn_[turn], score, finalists);
     }
   }
   for (Hypothesis& hypothesis : finalists.span()) {

@@ -15,6 +15,7 @@ namespace grapnel {
 struct ViewTemplateParams {
   std::size_t views = 160;  ///< directions a model may be seen from
   std::size_t turns = 24;   ///< about each of them
+  std::size_t slides = 0;   ///< shifts toward the surface, for objects partly missing
   std::size_t quick_samples = 48;
   std::size_t finalists = 160;  ///< rated again with every sample
 };
@@ -48,6 +49,9 @@ class ViewTemplates {
   /// The pose at which the view's middle meets the object's, after `turn` steps about the ray.
   [[nodiscard]] Pose place(const ViewTemplate& view, std::size_t turn,
                            const Vec3d& object_middle) const noexcept;
+
+  void keep_slid(Hypothesis hypothesis, const PoseScore& score,
+                 Hypotheses& finalists) const noexcept;
 
   std::span<ViewTemplate> views_;
   std::span<Hypothesis> finalists_;

@@ -17,19 +17,35 @@ constexpr std::int32_t kNone = -1;
 
 std::int32_t pack(int u, int v) noexcept { return v * 65536 + u; }
 
+// A shadow of the projector beside a part is at most this wide; beyond it the ground is seen again.
+constexpr int kShadow_px = 32;
+
+/// What lies beyond a pixel in one direction: the first reading, over a gap of no reading.
+enum class Beyond : std::uint8_t { Same, Behind, Unknown };
+Beyond look_beyond(const DepthView& view, int u, int v, int du, int dv, float z,
+                   float step_m) noexcept {
+  const int reach = 1 + kShadow_px / view.stride;
+  for (int k = 1; k <= reach; ++k) {
+    const int nu = u + k * du;
+    const int nv = v + k * dv;
+    if (nu < 0 || nv < 0 || nu >= view.depth.width || nv >= view.depth.height) break;
+    const float other = view.z_m(nu, nv);
+    if (!(other > 0.0F)) continue;
+    // A gap may hide a slope as steep as any.
+    const bool behind = view.background(nu, nv) || other > z + step_m * static_cast<float>(k);
+    return behind ? Beyond::Behind : Beyond::Same;
+  }
+  return Beyond::Unknown;
+}
+
 bool is_edge(const DepthView& view, int u, int v, float metres_per_pixel_metre) noexcept {
   const float z = view.z_m(u, v);
   if (!(z > 0.0F) || view.background(u, v)) return false;
   const float step_m = kStepSigmas * view.noise.sigma_m(z) + kSteepest * metres_per_pixel_metre * z;
-  constexpr std::array<std::array<int, 2>, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-  for (const auto& [du, dv] : kAround) {
-    const int nu = u + du;
-    const int nv = v + dv;
-    if (nu < 0 || nv < 0 || nu >= view.depth.width || nv >= view.depth.height) continue;
-    const float other = view.z_m(nu, nv);
-    if (!(other > 0.0F) || other > z + step_m || view.background(nu, nv)) return true;
-  }
-  return false;
+  return look_beyond(view, u, v, 1, 0, z, step_m) == Beyond::Behind ||
+         look_beyond(view, u, v, -1, 0, z, step_m) == Beyond::Behind ||
+         look_beyond(view, u, v, 0, 1, z, step_m) == Beyond::Behind ||
+         look_beyond(view, u, v, 0, -1, z, step_m) == Beyond::Behind;
 }
 
 }  // namespace

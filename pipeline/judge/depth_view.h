@@ -84,9 +84,11 @@ class EdgeMap {
  public:
   void reserve(Arena& arena, std::size_t max_pixels);
 
-  /// A pixel is an edge when it belongs to the foreground and a 4-neighbour does not, has no
-  /// reading, or lies behind it by more than the noise and a steep surface explain. Nearest edges
-  /// by the vector propagation of Danielsson 1980. O(pixels of the box).
+  /// A pixel is an edge when it belongs to the foreground and the next reading on one of its four
+  /// sides is background, or lies behind it by more than the noise and a steep surface explain. A
+  /// gap without reading may lie between (the projector's shadow); where nothing is read beyond,
+  /// nothing is known and there is no edge. Nearest edges by the vector propagation of Danielsson
+  /// 1980. O(pixels of the box).
   void build(const DepthView& view) noexcept;
 
   struct Nearest {

@@ -99,6 +99,8 @@ void ModelRender::find_contour(const Surface& model, const Pose& camera_from_mod
     for (int u = marked_.u0; u < marked_.u1; ++u) {
       const float z = z_[index(u, v)];
       if (!(z > 0.0F)) continue;
+      // At the image's end the part is cut off, not at its own.
+      if (u == box_.u0 || v == box_.v0 || u + 1 == box_.u1 || v + 1 == box_.v1) continue;
       const float behind =
           z + 4.0F * static_cast<float>(model.spacing_m) + 8.0F * view.noise.sigma_m(z);
       if (covered(u + 1, v, behind) && covered(u - 1, v, behind) && covered(u, v + 1, behind) &&

@@ -7,6 +7,9 @@
 namespace grapnel {
 namespace {
 
+// Of an outline known to a smaller share than this nothing follows.
+constexpr double kTestable = 0.2;
+
 /// Collects failing checks; the quality is the tightest check's room.
 class Checks {
  public:
@@ -53,7 +56,9 @@ FieldTable verdict_fields() noexcept {
       number_field<&P::min_explained>("min_explained", "", 0.0, 1.0,
                                       "share of the whole measured object that is explained"),
       number_field<&P::min_edge>("min_edge", "", 0.0, 1.0,
-                                 "share of the outline that meets a depth edge"),
+                                 "share of the known outline that meets a depth edge"),
+      number_field<&P::min_edge_known>("min_edge_known", "", 0.0, 1.0,
+                                       "share of the outline about which readings say anything"),
       number_field<&P::min_margin>("min_margin", "", 0.0, 1.0,
                                    "distance to the second-best distinct pose"),
       number_field<&P::max_sigma_m>("max_sigma_m", "m", 0.0, 1.0,
@@ -73,7 +78,9 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   const double square_m2 = findings.diameter_m * findings.diameter_m;
   const double min_area_m2 = params.min_area_m2 > 0.0 ? params.min_area_m2 : 0.01 * square_m2;
   const double max_hole_m2 = params.max_hole_m2 > 0.0 ? params.max_hole_m2 : square_m2 / 500.0;
-  report.fitness = evidence.matched;
+  const double read = 1.0 - evidence.unknown;
+  const double fitness = read > 0.0 ? evidence.matched / read : 0.0;
+  report.fitness = fitness;
   report.rmse_m = evidence.rmse_m;
   report.coverage = evidence.coverage;
   report.free_space_violation = evidence.seen_through;
@@ -85,7 +92,7 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   report.reasons.clear();
 
   Checks checks(report);
-  checks.at_least(Code::BelowFitness, evidence.matched, params.min_fitness, 1.0);
+  checks.at_least(Code::BelowFitness, fitness, params.min_fitness, 1.0);
   checks.at_least(Code::TooFewPoints, evidence.matched_area_m2, min_area_m2, 10.0 * min_area_m2);
   checks.at_most(Code::FreeSpaceViolated, evidence.seen_through, params.max_seen_through);
   if (evidence.hole_area_m2 > max_hole_m2 && evidence.seen_through <= params.max_seen_through) {
@@ -96,7 +103,10 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   checks.at_most(Code::TooMuchUnknown, evidence.unknown, params.max_unknown);
   checks.at_most(Code::UnexplainedForeground, evidence.unexplained, params.max_unexplained);
   checks.at_most(Code::UnexplainedForeground, 1.0 - evidence.explained, 1.0 - params.min_explained);
-  checks.at_least(Code::ContourDisagrees, evidence.edge, params.min_edge, 1.0);
+  checks.at_least(Code::ContourDisagrees, evidence.edge_known, params.min_edge_known, 1.0);
+  if (evidence.edge_known > kTestable) {
+    checks.at_least(Code::ContourDisagrees, evidence.edge, params.min_edge, 1.0);
+  }
   checks.at_least(Code::Ambiguous, findings.margin, params.min_margin, 1.0);
   checks.at_most(Code::NotObservable, findings.sigma_m, params.max_sigma_m);
   checks.at_most(Code::NotObservable, findings.sigma_rad, params.max_sigma_rad);

@@ -18,6 +18,7 @@ struct VerdictParams {
   double max_unexplained = 0.15;
   double min_explained = 0.0;  ///< of the whole measured object
   double min_edge = 0.60;
+  double min_edge_known = 0.0;
   double min_margin = 0.10;
   double max_sigma_m = 0.002;
   double max_sigma_rad = 0.0175;

@@ -40,7 +40,8 @@ struct Verification::Sums {
 
 double worth(const Evidence& evidence) noexcept {
   return evidence.matched - 2.0 * evidence.seen_through -
-         0.5 * std::min(1.0, evidence.unexplained) - 0.5 * (1.0 - evidence.edge);
+         0.5 * std::min(1.0, evidence.unexplained) -
+         0.5 * evidence.edge_known * (1.0 - evidence.edge);
 }
 
 void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_model_points) {
@@ -137,6 +138,7 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
                            Evidence& evidence) const noexcept {
   const int reach = in_view(view, kEdgeReach_px);
   const auto beside = static_cast<float>(in_view(view, kBeside_px));
+  std::uint32_t visible = 0;
   std::uint32_t known = 0;
   std::uint32_t met = 0;
   std::uint32_t runs_on = 0;
@@ -150,21 +152,26 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
         predicted > 0.0F ? 8.0F * view.noise.sigma_m(predicted) + 0.01F * predicted : 0.0F;
     // Hidden behind something nearer: the outline can't be seen there.
     if (predicted > 0.0F && measured > 0.0F && measured < predicted - step) continue;
-    ++known;
+    ++visible;
     const EdgeMap::Nearest edge = edges.nearest(u, v);
     if (edge.found && edge.square <= reach * reach) {
+      ++known;
       ++met;
       continue;
     }
     const int bu = static_cast<int>(std::floor(point.u + beside * point.out_u + 0.5F));
     const int bv = static_cast<int>(std::floor(point.v + beside * point.out_v + 0.5F));
-    if (view.box.contains(bu, bv) && view.of_object(bu, bv) &&
-        std::fabs(view.z_m(bu, bv) - measured) < step) {
-      ++runs_on;
-    }
+    // Without a reading inside or beside, nobody can say whether the part ends here.
+    if (!view.box.contains(bu, bv) || !(measured > 0.0F) || !(view.z_m(bu, bv) > 0.0F)) continue;
+    ++known;
+    if (view.of_object(bu, bv) && std::fabs(view.z_m(bu, bv) - measured) < step) ++runs_on;
   }
-  evidence.edge = known == 0 ? 0.0 : static_cast<double>(met) / static_cast<double>(known);
-  if (known > 0) evidence.unexplained += static_cast<double>(runs_on) / static_cast<double>(known);
+  if (visible > 0) {
+    evidence.edge_known = static_cast<double>(known) / static_cast<double>(visible);
+  }
+  if (known == 0) return;
+  evidence.edge = static_cast<double>(met) / static_cast<double>(known);
+  evidence.unexplained += static_cast<double>(runs_on) / static_cast<double>(visible);
 }
 
 Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t> flat,
@@ -212,6 +219,18 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   } else {
     evidence.unexplained = 1.0;
   }
+  std::uint32_t object = 0;
+  std::uint32_t explained = 0;
+  for (int v = view.box.v0; v < view.box.v1; ++v) {
+    for (int u = view.box.u0; u < view.box.u1; ++u) {
+      if (!view.of_object(u, v)) continue;
+      ++object;
+      const Kind kind = box.contains(u, v) ? kind_[render.index(u, v)] : Kind::Outside;
+      if (kind == Kind::Matched || kind == Kind::Rim) ++explained;
+    }
+  }
+  evidence.explained =
+      object == 0 ? 0.0 : static_cast<double>(explained) / static_cast<double>(object);
   evidence.hole_area_m2 = largest_hole(render, view);
   outline(render, view, edges, evidence);
   std::size_t confirmed = 0;

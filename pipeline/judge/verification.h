@@ -23,7 +23,8 @@ struct Evidence {
   std::uint32_t pixels = 0;   ///< counted: visible model, its rim left out
   double rmse_m = 0.0;        ///< point-to-plane, of matched pixels
   double chi = 0.0;           ///< root mean square of residual / sigma
-  double edge = 0.0;          ///< share of the outline that meets a depth edge
+  double edge = 0.0;          ///< share of the known outline that meets a depth edge
+  double edge_known = 0.0;    ///< share of the unhidden outline that readings say anything about
   double unexplained = 0.0;   ///< object's pixels within and beside the outline the model leaves
                               ///< over, as a share of the matched ones
   double explained = 0.0;     ///< share of the whole object's pixels the model explains
@@ -33,7 +34,7 @@ struct Evidence {
 };
 
 /// Worth of a pose for comparing candidates:
-/// S = matched - 2 · seen_through - unexplained / 2 - (1 - edge) / 2.
+/// S = matched - 2 · seen_through - unexplained / 2 - edge_known · (1 - edge) / 2.
 [[nodiscard]] double worth(const Evidence& evidence) noexcept;
 
 /// Compares the depth image that the model should give with the one measured.

@@ -9,7 +9,9 @@ namespace grapnel {
 FieldTable uniform_fields() noexcept {
   static constexpr std::array kFields = {
       number_field<&UniformParams::cell_m>("cell_m", "m", 0.0, 10.0,
-                                           "one keypoint a cell of this edge; 0 = 4 spacings"),
+                                           "one keypoint a cell of this edge; 0 = by cell_ratio"),
+      number_field<&UniformParams::cell_ratio>("cell_ratio", "spacings", 0.5, 1000.0,
+                                               "edge of a cell"),
       bool_field<&UniformParams::need_normal>("need_normal", "only points that have a normal"),
   };
   return kFields;
@@ -17,7 +19,6 @@ FieldTable uniform_fields() noexcept {
 
 namespace {
 
-constexpr double kAutoSpacings = 4.0;
 /// Cells per axis to either side of the origin that a key tells apart.
 constexpr double kHalfCells = 1048575.0;
 
@@ -61,7 +62,7 @@ Status UniformDetector::detect(const Surface& surface, KeypointSet& keypoints) n
   if (surface.size > entries_.size()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
   }
-  double cell = params_.cell_m > 0.0 ? params_.cell_m : kAutoSpacings * surface.spacing_m;
+  double cell = params_.cell_m > 0.0 ? params_.cell_m : params_.cell_ratio * surface.spacing_m;
   if (!(cell > 0.0)) return Error{Code::BadParameter, Stage::Keypoints, 0};
   std::size_t count = choose(surface, cell);
   const bool too_many = count > keypoints.capacity();

@@ -9,7 +9,8 @@
 namespace grapnel {
 
 struct UniformParams {
-  double cell_m = 0.0;      ///< edge of a cell; 0 = auto: 4 spacings
+  double cell_m = 0.0;      ///< edge of a cell; 0 = auto: cell_ratio spacings
+  double cell_ratio = 4.0;  ///< × the spacing of the surface
   bool need_normal = true;  ///< skip points without normal
 };
 
