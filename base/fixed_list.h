@@ -44,10 +44,10 @@ class FixedList {
 
   T& operator[](std::size_t i) noexcept { return storage_[i]; }
   const T& operator[](std::size_t i) const noexcept { return storage_[i]; }
-  T* begin() noexcept { return storage_.data(); }
-  T* end() noexcept { return storage_.data() + size_; }
-  const T* begin() const noexcept { return storage_.data(); }
-  const T* end() const noexcept { return storage_.data() + size_; }
+  [[nodiscard]] T* begin() noexcept { return storage_.data(); }
+  [[nodiscard]] T* end() noexcept { return storage_.data() + size_; }
+  [[nodiscard]] const T* begin() const noexcept { return storage_.data(); }
+  [[nodiscard]] const T* end() const noexcept { return storage_.data() + size_; }
   [[nodiscard]] std::span<T> span() noexcept { return storage_.first(size_); }
   [[nodiscard]] std::span<const T> span() const noexcept { return storage_.first(size_); }
 
@@ -92,10 +92,10 @@ class InlineList {
 
   T& operator[](std::size_t i) noexcept { return storage_[i]; }
   const T& operator[](std::size_t i) const noexcept { return storage_[i]; }
-  T* begin() noexcept { return storage_; }
-  T* end() noexcept { return storage_ + size_; }
-  const T* begin() const noexcept { return storage_; }
-  const T* end() const noexcept { return storage_ + size_; }
+  [[nodiscard]] T* begin() noexcept { return storage_; }
+  [[nodiscard]] T* end() noexcept { return storage_ + size_; }
+  [[nodiscard]] const T* begin() const noexcept { return storage_; }
+  [[nodiscard]] const T* end() const noexcept { return storage_ + size_; }
   [[nodiscard]] std::span<const T> span() const noexcept { return {storage_, size_}; }
 
  private:

@@ -16,6 +16,7 @@ class Signal {
   void notify() noexcept;
   /// Returns when the version differs from `seen` or `timeout_us` real microseconds have passed;
   /// may return early. True when the version differs.
+  // NOLINTNEXTLINE(modernize-use-nodiscard): who only waits looks at the state again anyway
   bool wait(std::uint32_t seen, std::int64_t timeout_us) const noexcept;
 
  private:

@@ -40,6 +40,7 @@ class Recording {
   /// Decodes frame `frame` into buffers of width × height pixels: counts that mean "no reading"
   /// become 0, and a lens distortion is taken out. `color` may be empty: then it is not read. True
   /// when the colour was filled. Throws InputError naming the frame and its file.
+  // NOLINTNEXTLINE(modernize-use-nodiscard): a caller without use for colour need not ask
   bool read_frame(std::size_t frame, std::span<std::uint16_t> depth, std::span<Rgb8> color) const;
 
   /// groundtruth.txt; empty when there is none. Throws InputError.

@@ -47,7 +47,8 @@ double belt_travel_m(const Scene& scene, std::int64_t frame) {
   const std::int64_t period = belt.period_frames();
   const std::int64_t moving = frame % period - belt.dwell_frames + 1;
   const double share = moving > 0 ? static_cast<double>(moving) / (belt.move_frames + 1) : 0.0;
-  return belt.pitch_m * (static_cast<double>(frame / period) + share);
+  const std::int64_t whole = frame / period;
+  return belt.pitch_m * (static_cast<double>(whole) + share);
 }
 
 Pose world_from_part(const Scene& scene, const ScenePart& part, std::int64_t frame) {

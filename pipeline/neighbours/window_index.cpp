@@ -50,11 +50,12 @@ bool WindowIndex::build(const Surface& surface) noexcept {
   for (std::size_t i = 0; i < surface.size; ++i) {
     if (!(surface.z[i] > 0.0F)) return false;
     const std::int32_t pixel = grid.pixel_of[i];
+    const std::int32_t row = pixel / width_;
     const float inverse = 1.0F / surface.z[i];
     const float u = fx_ * surface.x[i] * inverse + cx_;
     const float v = fy_ * surface.y[i] * inverse + cy_;
     slack_px_ = std::max({slack_px_, std::fabs(u - static_cast<float>(pixel % width_)),
-                          std::fabs(v - static_cast<float>(pixel / width_))});
+                          std::fabs(v - static_cast<float>(row))});
   }
   return slack_px_ <= kMaxSlackPx;
 }
