@@ -86,7 +86,7 @@ fs::path find_one(const fs::path& folder, const std::string& wanted, Match match
 }
 
 fs::path model_file(const fs::path& folder, const std::string& name) {
-  const fs::path path = folder / name;
+  fs::path path = folder / name;
   if (path.has_extension()) return path;
   for (const char* ending : {".ply", ".pcd"}) {
     fs::path with_ending = path;
