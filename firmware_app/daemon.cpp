@@ -303,7 +303,7 @@ void Daemon::beat(std::int64_t now_us) {
   health_.realtime_missing = (settings_.realtime.lock_memory && !memory_locked_) ||
                              camera_->scheduling_refused() || registration_->scheduling_refused();
   health_.frames = static_cast<std::uint32_t>(counters.frames);
-  health_.dropped_frames = static_cast<std::uint32_t>(counters.dropped + pool_->dropped());
+  health_.dropped_frames = static_cast<std::uint32_t>(counters.dropped);
   health_.lost_packets = static_cast<std::uint32_t>(counters.lost_packets);
   health_.reconnects = static_cast<std::uint32_t>(counters.reconnects);
   health_.serial_hash = camera_->serial_hash();

@@ -76,8 +76,14 @@ class Line {
     return reading;
   }
 
-  /// Frames of the recording played so far, laps included.
-  std::int64_t position() { return read().status.frame_count + offset_; }
+  /// Frames of the recording played so far, laps and dropped frames included.
+  std::int64_t position() {
+    constexpr std::uint16_t kDroppedFrames = 602;
+    std::uint16_t words[2] = {};
+    if (!client_.read_input(kDroppedFrames, 2, words)) fail();
+    const std::int64_t dropped = std::int64_t{words[0]} << 16 | words[1];
+    return read().status.frame_count + dropped;
+  }
 
   void wait_until_ready() {
     const std::int64_t give_up_us = clock_.now_us() + kReadyTimeoutUs;
@@ -145,8 +151,6 @@ class Line {
     const PlcAnswer answer = command(PlcCommandCode::Register, 0, true, event.id);
     const PlcResult& result = answer.reading.result;
     if (result.frame_id != 0) {
-      offset_ = std::max<std::int64_t>(
-          offset_, std::int64_t{result.frame_id} - answer.reading.status.frame_count);
       const std::int64_t in_lap = std::int64_t{result.frame_id} % script_.frames;
       if (in_lap < event.first_frame || in_lap > event.last_frame) return std::nullopt;
     }
@@ -164,7 +168,6 @@ class Line {
   Pose robot_from_camera_;
   std::map<std::string, LinePart> parts_;
   MonotonicClock clock_;
-  std::int64_t offset_ = 0;  // frames that were dropped before they were counted
 };
 
 }  // namespace
