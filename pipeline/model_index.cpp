@@ -11,6 +11,10 @@
 namespace grapnel {
 namespace {
 
+constexpr std::size_t kCoarseVoxels = 100000;
+// A glance's tolerance, in diameters.
+constexpr double kFieldReach = 0.06;
+
 // Measured normals come from neighbours this many spacings around.
 constexpr double kNormalReach = 3.0;
 // Length of the mean normal above which a neighbourhood is flat: within about 15 degrees.
@@ -158,6 +162,8 @@ void ModelIndex::reserve(Arena& arena, const Model& model, const ModelIndexParam
   fine.reserve(arena, fine_points, 0);
   flat = arena.take<std::uint8_t>(fine_points);
   table.reserve(arena, params.table_voxels);
+  coarse_table.reserve(arena, kCoarseVoxels);
+  field.reserve(arena);
   samples.reserve(arena, params.samples);
   templates.reserve(arena, params.templates);
   coarse.reserve(arena, std::min(model.size(), limits.max_model_points), 0);
@@ -177,6 +183,8 @@ void ModelIndex::build(const Model& model, const ModelIndexParams& params, doubl
   axes = principal_axes(fine);
   find_flat(fine, coarse, flat);
   table.build(fine, 0.15 * diameter_m);
+  coarse_table.build(coarse, 0.15 * diameter_m);
+  field.build(coarse, coarse_table, 0.1 * diameter_m, kFieldReach * diameter_m);
   samples.draw(fine, Rng(model.hash));
   templates.build(fine, params.templates);
 }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/arena.h"
+#include "pipeline/coarse/distance_field.h"
 #include "pipeline/coarse/pose_score.h"
 #include "pipeline/coarse/view_templates.h"
 #include "pipeline/features.h"
@@ -30,6 +31,7 @@ struct ModelIndex {
   /// Of each fine point: 1 where the surface around it, as far as measured normals look, is flat.
   std::span<std::uint8_t> flat;
   ClosestPointTable table;
+  DistanceField field;
   SampleSet samples;
   ViewTemplates templates;
   Symmetry symmetry = Symmetry::None;
@@ -39,6 +41,7 @@ struct ModelIndex {
 
   /// Points at the spacing of the measured surfaces, with features made by the preset's own stages.
   Surface coarse;
+  ClosestPointTable coarse_table;  ///< small enough to stay near the processor
   KeypointSet keypoints;
   FeatureMatrix features;
 

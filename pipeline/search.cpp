@@ -21,7 +21,7 @@ constexpr double kAlternative = 0.4;
 
 PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
                  double tolerance_m) noexcept {
-  PoseScore::Model source{&model.samples, &model.table, &model.fine};
+  PoseScore::Model source{&model.samples, &model.coarse_table, &model.coarse, &model.field};
   PoseScore::Scene scene;
   scene.view = object.view;
   scene.samples = object.samples;
@@ -33,9 +33,9 @@ class QuickTable final : public ClosestSurface {
  public:
   explicit QuickTable(const ModelIndex& model) noexcept : model_(model) {}
   [[nodiscard]] std::int32_t closest(const Vec3f& p, float max_distance_m) const noexcept override {
-    const std::int32_t found = model_.table.nearby(p);
+    const std::int32_t found = model_.coarse_table.nearby(p);
     if (found < 0) return found;
-    const Vec3f gap = model_.fine.point(static_cast<std::size_t>(found)) - p;
+    const Vec3f gap = model_.coarse.point(static_cast<std::size_t>(found)) - p;
     return gap.squaredNorm() <= max_distance_m * max_distance_m ? found : -1;
   }
 
@@ -103,12 +103,11 @@ bool ObjectSearch::distinct(const ModelIndex& model, const Pose& a, const Pose& 
 void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object) noexcept {
   settled_.clear();
   const QuickTable table(model);
-  const Surface fixed = model.fixed();
   const PoseScore score =
       rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
   for (const Hypothesis& hypothesis : proposed_) {
-    const Result<RefinedPose> refined =
-        coarse_icp_.refine(*object.surface, fixed, table, hypothesis.target_from_source.inverse());
+    const Result<RefinedPose> refined = coarse_icp_.refine(*object.surface, model.coarse, table,
+                                                           hypothesis.target_from_source.inverse());
     if (!refined.ok()) continue;
     Hypothesis settled;
     settled.target_from_source = refined.value().target_from_source.inverse();

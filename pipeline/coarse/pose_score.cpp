@@ -146,17 +146,35 @@ Pose PoseScore::slid(const Pose& target_from_source, std::size_t max_samples) co
   return result;
 }
 
-double PoseScore::rate(const Pose& target_from_source, std::size_t max_samples,
-                       double at_least) const noexcept {
-  const double forward = scene_.view != nullptr ? seen_share(target_from_source, max_samples)
-                                                : met_share(target_from_source, max_samples);
-  if (forward + 1.0 <= at_least) return forward;
-  return forward + explained_share(target_from_source, max_samples);
+double PoseScore::near_share(const Pose& pose, std::size_t max_samples) const noexcept {
+  const Pose inverse = pose.inverse();
+  const Eigen::Matrix3f rotation = inverse.linear().cast<float>();
+  const Vec3f shift = inverse.translation().cast<float>();
+  const SampleSet& samples = *scene_.samples;
+  const std::size_t count = std::min(max_samples, samples.size);
+  float sum = 0.0F;
+  for (std::size_t i = 0; i < count; ++i) {
+    sum +=
+        model_.field->closeness(rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift);
+  }
+  return count == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(count);
+}
+
+double PoseScore::glance(const Pose& target_from_source, std::size_t max_samples,
+                         double at_least) const noexcept {
+  const double explained = model_.field != nullptr
+                               ? near_share(target_from_source, max_samples)
+                               : explained_share(target_from_source, max_samples);
+  if (explained + 1.0 <= at_least) return explained - 1.0;
+  return explained + (scene_.view != nullptr ? seen_share(target_from_source, max_samples)
+                                             : met_share(target_from_source, max_samples));
 }
 
 double PoseScore::operator()(const Pose& target_from_source,
                              std::size_t max_samples) const noexcept {
-  return rate(target_from_source, max_samples, -1e9);
+  return explained_share(target_from_source, max_samples) +
+         (scene_.view != nullptr ? seen_share(target_from_source, max_samples)
+                                 : met_share(target_from_source, max_samples));
 }
 
 }  // namespace grapnel

@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/rng.h"
+#include "pipeline/coarse/distance_field.h"
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/refine/closest_point_table.h"
 #include "pipeline/stage.h"
@@ -39,7 +40,8 @@ class PoseScore {
   struct Model {
     const SampleSet* samples = nullptr;
     const ClosestPointTable* table = nullptr;
-    const Surface* surface = nullptr;  ///< that the table indexes
+    const Surface* surface = nullptr;      ///< that the table indexes
+    const DistanceField* field = nullptr;  ///< for glances, where there is one
   };
 
   PoseScore() = default;
@@ -49,9 +51,10 @@ class PoseScore {
   /// With at most `max_samples` of either side.
   [[nodiscard]] double operator()(const Pose& target_from_source,
                                   std::size_t max_samples) const noexcept;
-  /// The same, but a pose that can't reach `at_least` gets a lower bound of its worth, sooner.
-  [[nodiscard]] double rate(const Pose& target_from_source, std::size_t max_samples,
-                            double at_least) const noexcept;
+  /// Sooner and rougher: by the distance field where there is one, and a pose that can't reach
+  /// `at_least` gets less than its worth.
+  [[nodiscard]] double glance(const Pose& target_from_source, std::size_t max_samples,
+                              double at_least) const noexcept;
 
   /// The pose after a shift alone, that brings the measured samples nearer to the model's surface:
   /// by the mean way to their closest points.
@@ -60,6 +63,7 @@ class PoseScore {
  private:
   [[nodiscard]] double seen_share(const Pose& pose, std::size_t max_samples) const noexcept;
   [[nodiscard]] double met_share(const Pose& pose, std::size_t max_samples) const noexcept;
+  [[nodiscard]] double near_share(const Pose& pose, std::size_t max_samples) const noexcept;
   [[nodiscard]] double explained_share(const Pose& pose, std::size_t max_samples) const noexcept;
 
   Model model_;

@@ -45,7 +45,10 @@ Status Ransac::generate(const PairView& pair, const Correspondences& corresponde
     ++rated;
     const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : -1e9;
     // A quick rating scatters by about a tenth.
-    if (score(hypothesis.target_from_source, params_.quick_samples) < weakest - 0.15) continue;
+    if (score.glance(hypothesis.target_from_source, params_.quick_samples, weakest - 0.15) <
+        weakest - 0.15) {
+      continue;
+    }
     hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
     keep_best(hypotheses, hypothesis);
   }

@@ -147,7 +147,7 @@ void ViewTemplates::keep_slid(Hypothesis hypothesis, const PoseScore& score,
         score.slid(hypothesis.target_from_source, params_.quick_samples);
   }
   if (params_.slides > 0) {
-    hypothesis.support = score(hypothesis.target_from_source, params_.quick_samples);
+    hypothesis.support = score.glance(hypothesis.target_from_source, params_.quick_samples, -1e9);
   }
   keep_best(finalists, hypothesis.support > placed.support ? hypothesis : placed);
 }
@@ -163,7 +163,7 @@ void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
     for (std::size_t turn = 0; turn < turns; ++turn) {
       by_turn_[turn].target_from_source = place(view, turn, object_middle);
       by_turn_[turn].support =
-          score.rate(by_turn_[turn].target_from_source, params_.quick_samples, weakest);
+          score.glance(by_turn_[turn].target_from_source, params_.quick_samples, weakest);
     }
     // Of a hill of turns only its top: the list is for different poses.
     for (std::size_t turn = 0; turn < turns; ++turn) {
@@ -174,8 +174,7 @@ void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
     }
   }
   for (Hypothesis& hypothesis : finalists.span()) {
-    const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : 0.0;
-    hypothesis.support = score.rate(hypothesis.target_from_source, SIZE_MAX, weakest);
+    hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
     keep_best(hypotheses, hypothesis);
   }
 }

@@ -43,6 +43,7 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
     if (facing <= 0.0F || facing * facing < kCosGrazing * kCosGrazing * x.squaredNorm()) continue;
     splat(static_cast<std::int32_t>(i), x, normal, radius_m);
   }
+  finish();
   if (marked_.u1 <= marked_.u0) marked_ = {box_.u0, box_.v0, box_.u0, box_.v0};
 }
 
@@ -67,20 +68,31 @@ void ModelRender::splat(std::int32_t i, const Vec3f& x, const Vec3f& normal,
   marked_.u1 = std::max(marked_.u1, u1 + 1);
   marked_.v1 = std::max(marked_.v1, v1 + 1);
 
-  const float plane = normal.dot(x);
-  const float near_m = x.z() - 2.0F * radius_m;
-  const float far_m = x.z() + 2.0F * radius_m;
+  // 1/z of the disc's plane is affine in the pixel. A steep disc is met far off by the ray, though
+  // its own edge is near the pixel: kept within its reach.
+  const float over_plane = 1.0F / normal.dot(x);
+  const float step_u = normal.x() * over_plane / fx;
+  const float step_v = normal.y() * over_plane / fy;
+  const float start = normal.z() * over_plane - cx * step_u - cy * step_v;
+  const float nearest = 1.0F / std::max(x.z() - 2.0F * radius_m, 0.1F * x.z());
+  const float farthest = 1.0F / (x.z() + 2.0F * radius_m);
   for (int v = v0; v <= v1; ++v) {
-    const float ray_y = (static_cast<float>(v) - cy) / fy;
-    for (int u = u0; u <= u1; ++u) {
-      const float ray_x = (static_cast<float>(u) - cx) / fx;
-      const float toward = normal.x() * ray_x + normal.y() * ray_y + normal.z();
-      // A steep disc is met far off by the ray, though its own edge is near the pixel.
-      const float z = toward < -1e-3F ? std::clamp(plane / toward, near_m, far_m) : x.z();
-      const std::size_t k = index(u, v);
-      if (z_[k] > 0.0F && z_[k] <= z) continue;
-      z_[k] = z;
+    const float row = start + step_v * static_cast<float>(v);
+    std::size_t k = index(u0, v);
+    for (int u = u0; u <= u1; ++u, ++k) {
+      const float inverse = std::clamp(row + step_u * static_cast<float>(u), farthest, nearest);
+      if (z_[k] >= inverse) continue;
+      z_[k] = inverse;
       point_[k] = i;
+    }
+  }
+}
+
+void ModelRender::finish() noexcept {
+  for (int v = marked_.v0; v < marked_.v1; ++v) {
+    std::size_t k = index(marked_.u0, v);
+    for (int u = marked_.u0; u < marked_.u1; ++u, ++k) {
+      if (z_[k] > 0.0F) z_[k] = 1.0F / z_[k];
     }
   }
 }

@@ -48,6 +48,8 @@ class ModelRender {
 
  private:
   void splat(std::int32_t i, const Vec3f& x, const Vec3f& normal, float radius_m) noexcept;
+  /// splat() keeps 1/z, where a plane is affine; turns it into z.
+  void finish() noexcept;
 
   PixelBox box_;
   PixelBox marked_;

@@ -18,6 +18,10 @@ constexpr int kEdgeReach_px = 3;
 // Beside the outline the object must have ended at this distance.
 constexpr int kBeside_px = 6;
 
+// A model of which less is in sight has not been looked at.
+constexpr std::uint32_t kFewestPixels = 20;
+constexpr double kOutOfSight = -3.0;
+
 /// Sensor pixels in the view's own, rounded up.
 int in_view(const DepthView& view, int sensor_px) noexcept {
   return (sensor_px + view.stride - 1) / view.stride;
@@ -39,6 +43,7 @@ struct Verification::Sums {
 };
 
 double worth(const Evidence& evidence) noexcept {
+  if (evidence.pixels < kFewestPixels) return kOutOfSight;
   return evidence.matched - 2.0 * evidence.seen_through -
          0.5 * std::min(1.0, evidence.unexplained) -
          0.5 * evidence.edge_known * (1.0 - evidence.edge);
