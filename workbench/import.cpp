@@ -146,7 +146,7 @@ int run_import(std::span<const std::string> args) {
   double rate_hz = 30.0;
   bool without_color = false;
   bool json = false;
-  Options options("grapnel import", "Brings a foreign recording into Grapnel's own layout.");
+  Options options("import", "Brings a foreign recording into Grapnel's own layout.");
   options.positional("SOURCE", path, "folder of the recording, or an organised PCD");
   options.required("-o,--output", folder, "folder of the new recording; must not hold one yet");
   options.value("--camera", camera_file, "camera.toml to use instead of the source's intrinsics");

@@ -227,7 +227,7 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   std::int64_t unit_id = 1;
   std::int64_t heartbeat_ms = 0;
   bool no_arm = false;
-  Options options("grapnel plc", "A PLC's side of the field bus: triggers and prints each result.");
+  Options options("plc", "A PLC's side of the field bus: triggers and prints each result.");
   options.positional("HOST:PORT", address, "the device; port 502 unless given");
   options.integer("--count", run.count, 0, 1'000'000'000, "triggers; 0 goes on for ever");
   options.integer("--interval-ms", run.interval_ms, 0, 3'600'000, "from trigger to trigger");

@@ -161,5 +161,42 @@ TEST(EvaluateCommand, JudgesAPositiveANegativeAndAFileThatIsMissing) {
   EXPECT_THAT(text_of(folder / "out/report.html"), HasSubstr("milk"));
 }
 
+/// camera_from_object of a view, inverted from the recorded poses_N.txt.
+Pose camera_from_object(int view) {
+  const std::string name = "primesense_bunny/poses_" + std::to_string(view) + ".txt";
+  std::istringstream words(text_of(recorded_data(name.c_str())));
+  Mat4d object_from_camera;
+  for (int i = 0; i < 16; ++i) words >> object_from_camera(i / 4, i % 4);
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::Quaterniond(Mat3d(object_from_camera.topLeftCorner<3, 3>()))
+                      .normalized()
+                      .toRotationMatrix();
+  pose.translation() = object_from_camera.topRightCorner<3, 1>();
+  return pose.inverse();
+}
+
+// Even views make the model, an odd one is the scene: its recorded pose is the answer.
+TEST(TeachCommand, MakesAModelThatIsFoundInAnotherView) {
+  const std::filesystem::path views = recorded_data("primesense_bunny");
+  if (views.empty()) GTEST_SKIP() << test::kNoRecordedData;
+  const TempFolder folder;
+  const std::string recording = folder / "recording";
+  const std::string model = folder / "bunny.ply";
+  ASSERT_EQ(run_command({"import", views, "-o", recording, "--without-color"}).code, 0);
+  const CommandRun taught = run_command({"teach", recording, "--frames", "0-16:2", "-o", model});
+  ASSERT_EQ(taught.code, 0) << taught.error;
+  EXPECT_TRUE(std::filesystem::exists(folder / "bunny.toml"));
+  const CloudData cloud = read_cloud(model);
+  EXPECT_TRUE(cloud.has_normals());
+  EXPECT_GT(cloud.size(), 5000U);
+
+  const CommandRun found = run_command({"register", model, recording + "#3", "--json"});
+  ASSERT_EQ(found.code, 0) << found.out << found.error;
+  const Pose difference =
+      camera_from_object(3).inverse() * pose_of(Json::parse(found.out).at("transform"));
+  EXPECT_LT(difference.translation().norm(), 0.003);
+  EXPECT_LT(rotation_angle_rad(difference, Pose::Identity()), 0.0349);
+}
+
 }  // namespace
 }  // namespace grapnel

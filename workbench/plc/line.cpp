@@ -176,7 +176,7 @@ int run_plc_line(std::span<const std::string> args) {
   std::string address;
   std::string events;
   std::string config;
-  Options options("grapnel plc", "The PLC of a simulated line: triggers at every station.");
+  Options options("plc", "The PLC of a simulated line: triggers at every station.");
   options.positional("HOST:PORT", address, "the device; port 502 unless given");
   options.required("--events", events, "events.jsonl of the recording that the device plays");
   options.required("--config", config, "grapnel.toml of the device: presets and calibration");
