@@ -66,7 +66,7 @@ ModbusException parse_request(std::span<const std::uint8_t> pdu, PduRequest& req
       request.write_count = be16(pdu, 3);
       request.write_data = pdu.subspan(kWriteMultipleHead);
       if (request.write_count < 1 || request.write_count > kMaxWrite ||
-          request.write_data.size() != 2u * request.write_count) {
+          request.write_data.size() != std::size_t{2} * request.write_count) {
         return ModbusException::IllegalValue;
       }
       return ModbusException::None;
@@ -78,7 +78,7 @@ ModbusException parse_request(std::span<const std::uint8_t> pdu, PduRequest& req
       request.write_count = be16(pdu, 7);
       request.write_data = pdu.subspan(kReadWriteHead);
       if (request.write_count < 1 || request.write_count > kMaxReadWriteWrite ||
-          request.write_data.size() != 2u * request.write_count) {
+          request.write_data.size() != std::size_t{2} * request.write_count) {
         return ModbusException::IllegalValue;
       }
       break;
