@@ -107,6 +107,51 @@ struct Broken {
   const char* mention;  ///< what else it says
 };
 
+constexpr auto kBroken = std::to_array<Broken>({
+
+    {"radius = 1", "p.toml:1: radius: ", "did you mean \"radius_m\"?"},
+    {"\n\ncuont = 3", "p.toml:3: cuont: ", "did you mean \"count\"?"},
+    {"zzzzzz = 3", "p.toml:1: zzzzzz: ", "unknown key"},
+    {"count = 0", "p.toml:1: count: 0 ", "1 to 100"},
+    {"count = 101", "p.toml:1: count: 101 ", "1 to 100"},
+    {"count = 2.5", "p.toml:1: count: 2.5 ", "a whole number"},
+    {"count = \"3\"", "p.toml:1: count: \"3\" ", "a whole number"},
+    {"count = [3]", "p.toml:1: count: ", "a whole number"},
+    {"count = true", "p.toml:1: count: true ", "a whole number"},
+    {"radius_m = 2", "p.toml:1: radius_m: 2 ", "0.001 to 1 m"},
+    {"radius_m = -0.5", "p.toml:1: radius_m: -0.5 ", "0.001 to 1 m"},
+    {"radius_m = nan", "p.toml:1: radius_m: nan ", "0.001 to 1 m"},
+    {"radius_m = inf", "p.toml:1: radius_m: inf ", "0.001 to 1 m"},
+    {"radius_m = \"wide\"", "p.toml:1: radius_m: \"wide\" ", "a number from"},
+    {"enabled = 1", "p.toml:1: enabled: 1 ", "true or false"},
+    {"enabled = \"yes\"", "p.toml:1: enabled: \"yes\" ", "true or false"},
+    {"color = \"blue\"", "p.toml:1: color: \"blue\" ", "\"red\", \"green\""},
+    {"color = 1", "p.toml:1: color: 1 ", "\"red\", \"green\""},
+    {"name = 3", "p.toml:1: name: 3 ", "a text is"},
+    {"plane = 3", "p.toml:1: plane: 3 ", "a list of numbers"},
+    {"plane = [1, 11]", "p.toml:1: plane: 11 ", "-10 to 10 m"},
+    {"plane = [1, \"x\"]", "p.toml:1: plane: \"x\" ", "-10 to 10 m"},
+    {"tags = [\"a\", 3]", "p.toml:1: tags: 3 ", "texts"},
+    {"count = 3\ncount = 4", "p.toml:2: ", "not valid TOML"},
+    {"count = ", "p.toml:1: ", "not valid TOML"},
+    {"name = \"open", "p.toml:1: ", "not valid TOML"},
+    {"[below\ndepth_m = 1", "p.toml:1: ", "not valid TOML"},
+    {"when = 2020-01-01", "p.toml:1: when: ", "dates and times"},
+    {"below = 3", "p.toml:1: below: 3 ", "a table is"},
+    {"[below]\ndepth_m = 9", "p.toml:2: below.depth_m: 9 ", "0 to 5"},
+    {"[below]\nindex = 1.5", "p.toml:2: below.index: 1.5 ", "0 to 9"},
+    {"[below]\nindex = 10", "p.toml:2: below.index: 10 ", "0 to 9"},
+    {"[below]\non = 0", "p.toml:2: below.on: 0 ", "true or false"},
+    {"[below]\nlabel = 0", "p.toml:2: below.label: 0 ", "a text is"},
+    {"[below]\npose = [1, 2]", "p.toml:2: below.pose: ", "a list of 3 numbers"},
+    {"[below]\nnames = \"a\"", "p.toml:2: below.names: ", "a list of texts"},
+    {"[below]\ndeph_m = 1", "p.toml:2: below.deph_m: ", "did you mean \"depth_m\"?"},
+    {"[[item]]\nid = 1\n[[item]]\nid = 0", "p.toml:4: item.id: 0 ", "1 to 65535"},
+    {"[[item]]\n", "p.toml:1: item: ", "key \"id\" is missing"},
+    {"\xff\xfe = 1", "p.toml:1: ", "not valid TOML"},
+    {"a = [[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]", "p.toml:1: a: ", "nested deeper than 16"},
+});
+
 class BrokenConfig : public testing::TestWithParam<Broken> {};
 
 TEST_P(BrokenConfig, IsRefusedWithPlaceKeyValueAndWhatIsAllowed) {
@@ -116,51 +161,7 @@ TEST_P(BrokenConfig, IsRefusedWithPlaceKeyValueAndWhatIsAllowed) {
   EXPECT_EQ(message.find('\n'), std::string::npos) << "one line";
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Inputs, BrokenConfig,
-    testing::Values(
-        Broken{"radius = 1", "p.toml:1: radius: ", "did you mean \"radius_m\"?"},
-        Broken{"\n\ncuont = 3", "p.toml:3: cuont: ", "did you mean \"count\"?"},
-        Broken{"zzzzzz = 3", "p.toml:1: zzzzzz: ", "unknown key"},
-        Broken{"count = 0", "p.toml:1: count: 0 ", "1 to 100"},
-        Broken{"count = 101", "p.toml:1: count: 101 ", "1 to 100"},
-        Broken{"count = 2.5", "p.toml:1: count: 2.5 ", "a whole number"},
-        Broken{"count = \"3\"", "p.toml:1: count: \"3\" ", "a whole number"},
-        Broken{"count = [3]", "p.toml:1: count: ", "a whole number"},
-        Broken{"count = true", "p.toml:1: count: true ", "a whole number"},
-        Broken{"radius_m = 2", "p.toml:1: radius_m: 2 ", "0.001 to 1 m"},
-        Broken{"radius_m = -0.5", "p.toml:1: radius_m: -0.5 ", "0.001 to 1 m"},
-        Broken{"radius_m = nan", "p.toml:1: radius_m: nan ", "0.001 to 1 m"},
-        Broken{"radius_m = inf", "p.toml:1: radius_m: inf ", "0.001 to 1 m"},
-        Broken{"radius_m = \"wide\"", "p.toml:1: radius_m: \"wide\" ", "a number from"},
-        Broken{"enabled = 1", "p.toml:1: enabled: 1 ", "true or false"},
-        Broken{"enabled = \"yes\"", "p.toml:1: enabled: \"yes\" ", "true or false"},
-        Broken{"color = \"blue\"", "p.toml:1: color: \"blue\" ", "\"red\", \"green\""},
-        Broken{"color = 1", "p.toml:1: color: 1 ", "\"red\", \"green\""},
-        Broken{"name = 3", "p.toml:1: name: 3 ", "a text is"},
-        Broken{"plane = 3", "p.toml:1: plane: 3 ", "a list of numbers"},
-        Broken{"plane = [1, 11]", "p.toml:1: plane: 11 ", "-10 to 10 m"},
-        Broken{"plane = [1, \"x\"]", "p.toml:1: plane: \"x\" ", "-10 to 10 m"},
-        Broken{"tags = [\"a\", 3]", "p.toml:1: tags: 3 ", "texts"},
-        Broken{"count = 3\ncount = 4", "p.toml:2: ", "not valid TOML"},
-        Broken{"count = ", "p.toml:1: ", "not valid TOML"},
-        Broken{"name = \"open", "p.toml:1: ", "not valid TOML"},
-        Broken{"[below\ndepth_m = 1", "p.toml:1: ", "not valid TOML"},
-        Broken{"when = 2020-01-01", "p.toml:1: when: ", "dates and times"},
-        Broken{"below = 3", "p.toml:1: below: 3 ", "a table is"},
-        Broken{"[below]\ndepth_m = 9", "p.toml:2: below.depth_m: 9 ", "0 to 5"},
-        Broken{"[below]\nindex = 1.5", "p.toml:2: below.index: 1.5 ", "0 to 9"},
-        Broken{"[below]\nindex = 10", "p.toml:2: below.index: 10 ", "0 to 9"},
-        Broken{"[below]\non = 0", "p.toml:2: below.on: 0 ", "true or false"},
-        Broken{"[below]\nlabel = 0", "p.toml:2: below.label: 0 ", "a text is"},
-        Broken{"[below]\npose = [1, 2]", "p.toml:2: below.pose: ", "a list of 3 numbers"},
-        Broken{"[below]\nnames = \"a\"", "p.toml:2: below.names: ", "a list of texts"},
-        Broken{"[below]\ndeph_m = 1", "p.toml:2: below.deph_m: ", "did you mean \"depth_m\"?"},
-        Broken{"[[item]]\nid = 1\n[[item]]\nid = 0", "p.toml:4: item.id: 0 ", "1 to 65535"},
-        Broken{"[[item]]\n", "p.toml:1: item: ", "key \"id\" is missing"},
-        Broken{"\xff\xfe = 1", "p.toml:1: ", "not valid TOML"},
-        Broken{"a = [[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]",
-               "p.toml:1: a: ", "nested deeper than 16"}));
+INSTANTIATE_TEST_SUITE_P(Inputs, BrokenConfig, testing::ValuesIn(kBroken));
 
 TEST(ConfigFile, SaysWhenItIsNotThereOrTooLarge) {
   const test::TempFolder folder;
