@@ -8,6 +8,7 @@
 
 #include "pipeline/registrar.h"
 #include "tests/support/recorded_data.h"
+#include "tests/support/temp_folder.h"
 #include "workbench/input.h"
 #include "workbench/surfaces.h"
 
@@ -37,7 +38,7 @@ class PairRegistration : public testing::Test {
  protected:
   void SetUp() override {
     if (recorded_data("primesense_bunny").empty()) GTEST_SKIP() << test::kNoRecordedData;
-    camera_ = std::filesystem::temp_directory_path() / "grapnel-pair-camera.toml";
+    camera_ = folder_ / "camera.toml";
     std::ofstream(camera_) << "width = 640\nheight = 480\nfx = 542.0\nfy = 540.5\ncx = 320.0\n"
                               "cy = 240.0\nmetres_per_unit = 0.001\n";
     const std::filesystem::path root = GRAPNEL_SOURCE_DIR;
@@ -64,6 +65,7 @@ class PairRegistration : public testing::Test {
     return sum / static_cast<double>(points->surface.size);
   }
 
+  test::TempFolder folder_;
   std::filesystem::path camera_;
   std::unique_ptr<Registrar> registrar_;
 };
