@@ -10,8 +10,6 @@ namespace {
 
 // Surface seen flatter than 80 degrees is beyond what the sensor reads.
 constexpr float kCosGrazing = 0.17F;
-// A disc that just closes the gaps between neighbours on a square lattice: sqrt(1/2).
-constexpr float kDiscOfSpacing = 0.71F;
 constexpr float kMaxDiscPixels = 12.0F;
 
 }  // namespace
@@ -34,7 +32,7 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
 
   const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
   const Vec3f shift = camera_from_model.translation().cast<float>();
-  const float radius_m = kDiscOfSpacing * static_cast<float>(model.spacing_m);
+  const float radius_m = disc_radius_m(model);
   for (std::size_t i = 0; i < model.size; ++i) {
     const Vec3f x = rotation * model.point(i) + shift;
     if (x.z() <= 1e-6F) continue;

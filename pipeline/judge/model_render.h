@@ -11,6 +11,11 @@
 
 namespace grapnel {
 
+/// Radius of a rendered point: it just closes the gaps between neighbours on a square lattice.
+[[nodiscard]] inline float disc_radius_m(const Surface& model) noexcept {
+  return 0.71F * static_cast<float>(model.spacing_m);
+}
+
 /// A point of the predicted outline.
 struct ContourPoint {
   float u = 0.0F;  ///< projection of the model's point, px

@@ -60,7 +60,10 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
                                           Sums& sums) noexcept {
   const float predicted = render.z_m(u, v);
   const float limit = tolerance_m(view, predicted, floor_m);
-  const int rim = in_view(view, kRim_px);
+  // At the model's own edges discs stand over.
+  const auto disc_px =
+      static_cast<int>(disc_radius_m(model) * static_cast<float>(view.intrinsics.fx) / predicted);
+  const int rim = std::max(in_view(view, kRim_px), disc_px + 1);
   for (const auto& [du, dv] : {std::array{rim, 0}, std::array{0, rim}}) {
     if (!view.box.contains(u + du, v + dv) || !view.box.contains(u - du, v - dv)) return Kind::Rim;
     const float after = render.z_m(u + du, v + dv);

@@ -1,0 +1,316 @@
+// The judge of frames: edges, the rendered model, its comparison with the measurement, the verdict.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "pipeline/judge/covariance.h"
+#include "pipeline/judge/verdict.h"
+#include "pipeline/judge/verification.h"
+#include "tests/pipeline/support/box_scene.h"
+
+namespace grapnel {
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+constexpr double kFocal_px = 280.0;
+constexpr double kBelt_m = 1.1;
+const Vec3d kSize_m = {0.4, 0.3, 0.2};
+
+/// A box on a belt, its labels, and a model of the same box.
+class FrameJudge : public testing::Test {
+ protected:
+  FrameJudge()
+      : scene_(kWidth, kHeight, kFocal_px, kBelt_m),
+        truth_(test::lying(kSize_m, kBelt_m, 0.04, 0.02, 0.3)),
+        model_(test::surface_of(test::box_cloud(kSize_m, 0.005))),
+        flat_(model_->size, 1),
+        memory_([&](Arena& arena) {
+          edges_.reserve(arena, kWidth * kHeight);
+          render_.reserve(arena, kWidth * kHeight, 4096);
+          verification_.reserve(arena, kWidth * kHeight, model_->size);
+        }) {
+    model_->spacing_m = 0.005;
+    scene_.add(truth_, kSize_m);
+  }
+
+  void label() {
+    const DepthFrame& frame = scene_.frame();
+    label_.assign(kWidth * kHeight, 0);
+    for (std::size_t i = 0; i < label_.size(); ++i) {
+      const double z = scene_.pixels().counts[i] * frame.metres_per_unit;
+      label_[i] = z > 0.0 && z < kBelt_m - 0.01 ? 1 : 0;
+    }
+    view_ = {};
+    view_.intrinsics = frame.intrinsics;
+    view_.depth = frame.depth;
+    view_.metres_per_unit = static_cast<float>(frame.metres_per_unit);
+    view_.label = {label_.data(), kWidth, kHeight};
+    view_.object = 1;
+    view_.box = {0, 0, kWidth, kHeight};
+    edges_.build(view_);
+  }
+
+  Evidence verify(const Pose& pose) {
+    label();
+    render_.render(*model_, pose, view_);
+    render_.find_contour(*model_, pose, view_);
+    return verification_.verify(*model_, flat_, pose, render_, view_, edges_, 0.004);
+  }
+
+  void erase(int left, int top, int right, int bottom, double z_m) {
+    for (int v = top; v < bottom; ++v) {
+      for (int u = left; u < right; ++u) {
+        scene_.pixels().at(u, v) =
+            static_cast<std::uint16_t>(std::lround(z_m / scene_.frame().metres_per_unit));
+      }
+    }
+  }
+
+  test::BoxScene scene_;
+  Pose truth_;
+  test::OwnedSurface model_;
+  std::vector<std::uint8_t> flat_;
+  EdgeMap edges_;
+  ModelRender render_;
+  Verification verification_;
+  test::ArenaMemory memory_;
+  std::vector<std::uint8_t> label_;
+  DepthView view_;
+};
+
+TEST_F(FrameJudge, RendersTheDepthThatRaysMeet) {
+  label();
+  render_.render(*model_, truth_, view_);
+  std::size_t compared = 0;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      if (label_[static_cast<std::size_t>(v * kWidth + u)] == 0) continue;
+      if (!(render_.z_m(u, v) > 0.0F)) continue;
+      ++compared;
+      // Half a count of quantisation on the faces; at the edges discs stand over by a radius.
+      EXPECT_NEAR(render_.z_m(u, v), view_.z_m(u, v), 0.008F);
+    }
+  }
+  EXPECT_GT(compared, 7000U);
+}
+
+TEST_F(FrameJudge, TheTruePoseIsMatchedWholly) {
+  const Evidence evidence = verify(truth_);
+  EXPECT_GT(evidence.matched, 0.99);
+  EXPECT_LT(evidence.seen_through, 0.005);
+  EXPECT_GT(evidence.edge, 0.95);
+  EXPECT_GT(evidence.edge_known, 0.95);
+  EXPECT_LT(evidence.unexplained, 0.05);
+  EXPECT_GT(evidence.explained, 0.95);
+  EXPECT_LT(evidence.rmse_m, 0.0005);
+  // The top face, the rim of two pixels left out, and slivers of two sides.
+  EXPECT_NEAR(evidence.matched_area_m2, 0.4 * 0.3, 0.02);
+  EXPECT_NEAR(evidence.matched + evidence.seen_through + evidence.occluded + evidence.unknown, 1.0,
+              1e-9);
+}
+
+TEST_F(FrameJudge, APoseTooNearIsSeenThrough) {
+  Pose pose = truth_;
+  pose.translation().z() -= 0.03;
+  const Evidence evidence = verify(pose);
+  EXPECT_LT(evidence.matched, 0.1);
+  EXPECT_GT(evidence.seen_through, 0.9);
+  EXPECT_GT(evidence.hole_area_m2, 0.09);
+  EXPECT_LT(worth(evidence), 0.0);
+}
+
+TEST_F(FrameJudge, APoseTooFarIsOccluded) {
+  Pose pose = truth_;
+  pose.translation().z() += 0.03;
+  const Evidence evidence = verify(pose);
+  EXPECT_LT(evidence.matched, 0.1);
+  EXPECT_GT(evidence.occluded, 0.8);
+  EXPECT_GT(evidence.unexplained, 0.5);
+}
+
+TEST_F(FrameJudge, APoseSlidAlongTheTopMissesTheOutline) {
+  Pose pose = truth_;
+  pose.translation() += truth_.linear() * Vec3d(0.04, 0.0, 0.0);
+  const Evidence evidence = verify(pose);
+  EXPECT_LT(evidence.edge, 0.7);
+  EXPECT_GT(evidence.seen_through, 0.03);
+  EXPECT_LT(worth(evidence), worth(verify(truth_)) - 0.3);
+}
+
+TEST_F(FrameJudge, AHoleIsFoundAsOnePiece) {
+  // 20 × 20 px at 0.9 m and 280 px: 0.064 m a side.
+  erase(160, 110, 180, 130, kBelt_m);
+  const Evidence evidence = verify(truth_);
+  EXPECT_NEAR(evidence.hole_area_m2, 0.0643 * 0.0643, 0.0005);
+  EXPECT_GT(evidence.seen_through, 0.03);
+}
+
+TEST_F(FrameJudge, SomethingNearerOccludesAndMissingReadingsAreUnknown) {
+  erase(150, 100, 170, 140, 0.5);
+  erase(175, 100, 185, 140, 0.0);
+  const Evidence evidence = verify(truth_);
+  EXPECT_NEAR(evidence.occluded, 800.0 / evidence.pixels, 0.02);
+  EXPECT_NEAR(evidence.unknown, 400.0 / evidence.pixels, 0.02);
+  EXPECT_LT(evidence.seen_through, 0.01);
+}
+
+TEST_F(FrameJudge, ThinningKeepsPixelsOnTheirRays) {
+  label();
+  ThinnedDepth thinned;
+  const test::ArenaMemory memory([&](Arena& arena) { thinned.reserve(arena, kWidth * kHeight); });
+  DepthView view = view_;
+  view.box = {41, 33, 300, 200};
+  thinned.thin(view, 3);
+  EXPECT_EQ(view.depth.width, 86);
+  for (int v = 0; v < view.depth.height; ++v) {
+    for (int u = 0; u < view.depth.width; ++u) {
+      const double z = static_cast<double>(view.z_m(u, v));
+      const double x = (u - view.intrinsics.cx) / view.intrinsics.fx * z;
+      const double y = (v - view.intrinsics.cy) / view.intrinsics.fy * z;
+      const int full_u =
+          static_cast<int>(std::lround(x / z * view_.intrinsics.fx + view_.intrinsics.cx));
+      const int full_v =
+          static_cast<int>(std::lround(y / z * view_.intrinsics.fy + view_.intrinsics.cy));
+      ASSERT_EQ(view_.z_m(full_u, full_v), view.z_m(u, v));
+    }
+  }
+}
+
+TEST_F(FrameJudge, TheNearestEdgeIsTheNearestOfAll) {
+  erase(60, 60, 90, 80, 0.8);
+  label();
+  std::vector<std::pair<int, int>> all;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const EdgeMap::Nearest nearest = edges_.nearest(u, v);
+      if (nearest.found && nearest.square == 0) all.emplace_back(u, v);
+    }
+  }
+  ASSERT_GT(all.size(), 300U);
+  for (int v = 0; v < kHeight; v += 7) {
+    for (int u = 0; u < kWidth; u += 7) {
+      int best = 1 << 30;
+      for (const auto& [eu, ev] : all) {
+        best = std::min(best, (eu - u) * (eu - u) + (ev - v) * (ev - v));
+      }
+      // Vector propagation may miss the nearest by less than a pixel (Danielsson 1980).
+      EXPECT_LT(std::sqrt(edges_.nearest(u, v).square) - std::sqrt(best), 1.0);
+    }
+  }
+}
+
+TEST_F(FrameJudge, ReadingsThatEndInNothingAreNoEdge) {
+  // All around the box nothing is read, farther than a projector's shadow reaches.
+  for (std::uint16_t& count : scene_.pixels().counts) {
+    if (count * scene_.frame().metres_per_unit > kBelt_m - 0.01) count = 0;
+  }
+  const Evidence evidence = verify(truth_);
+  EXPECT_LT(evidence.edge_known, 0.05);
+  EXPECT_GT(evidence.matched, 0.99);
+}
+
+Findings good_findings() {
+  Findings findings;
+  findings.evidence.matched = 0.98;
+  findings.evidence.matched_area_m2 = 0.1;
+  findings.evidence.edge = 0.95;
+  findings.evidence.edge_known = 1.0;
+  findings.evidence.explained = 1.0;
+  findings.evidence.rmse_m = 0.001;
+  findings.margin = 0.8;
+  findings.sigma_m = 0.0005;
+  findings.sigma_rad = 0.002;
+  findings.diameter_m = 0.5;
+  findings.tolerance_m = 0.004;
+  return findings;
+}
+
+TEST(Verdict, AcceptsOnlyWhenEveryCheckPasses) {
+  RegistrationReport report;
+  pass_verdict(good_findings(), {}, report);
+  EXPECT_TRUE(report.accepted);
+  EXPECT_EQ(report.code, Code::ObjectFound);
+  EXPECT_TRUE(report.reasons.empty());
+  EXPECT_GT(report.quality, 0.5);
+}
+
+TEST(Verdict, NamesEveryFailingCheckWithItsFigures) {
+  struct Case {
+    void (*spoil)(Findings&);
+    Code code;
+  };
+  const Case cases[] = {
+      {[](Findings& f) { f.evidence.matched = 0.5; }, Code::BelowFitness},
+      {[](Findings& f) { f.evidence.matched_area_m2 = 1e-4; }, Code::TooFewPoints},
+      {[](Findings& f) { f.evidence.seen_through = 0.1; }, Code::FreeSpaceViolated},
+      {[](Findings& f) { f.evidence.hole_area_m2 = 0.01; }, Code::FreeSpaceViolated},
+      {[](Findings& f) { f.evidence.rmse_m = 0.0039; }, Code::RefinementDiverged},
+      {[](Findings& f) { f.evidence.unknown = 0.4; }, Code::TooMuchUnknown},
+      {[](Findings& f) { f.evidence.unexplained = 0.5; }, Code::UnexplainedForeground},
+      {[](Findings& f) { f.evidence.edge = 0.3; }, Code::ContourDisagrees},
+      {[](Findings& f) { f.margin = 0.02; }, Code::Ambiguous},
+      {[](Findings& f) { f.sigma_m = 0.01; }, Code::NotObservable},
+      {[](Findings& f) { f.sigma_rad = 0.1; }, Code::NotObservable},
+  };
+  for (const Case& c : cases) {
+    Findings findings = good_findings();
+    c.spoil(findings);
+    RegistrationReport report;
+    pass_verdict(findings, {}, report);
+    EXPECT_FALSE(report.accepted);
+    ASSERT_EQ(report.reasons.size(), 1U) << static_cast<int>(c.code);
+    EXPECT_EQ(report.reasons[0].code, c.code);
+    EXPECT_EQ(report.code, c.code);
+    EXPECT_LT(report.quality, 0.5);
+  }
+}
+
+TEST(Verdict, NoEvidenceIsARejectionAndNaNPassesNoCheck) {
+  RegistrationReport report;
+  pass_verdict({}, {}, report);
+  EXPECT_FALSE(report.accepted);
+  Findings findings = good_findings();
+  findings.sigma_m = std::nan("");
+  pass_verdict(findings, {}, report);
+  EXPECT_FALSE(report.accepted);
+}
+
+TEST(Verdict, ReasonsReadAsSentences) {
+  char text[160];
+  const std::size_t size = reason_text({Code::BelowFitness, 0.414, 0.7}, text, sizeof text);
+  EXPECT_STREQ(text, "matched share of the visible model 0.41, at least 0.70 is required");
+  EXPECT_EQ(size, std::strlen(text));
+  EXPECT_EQ(reason_text({Code::BelowFitness, 0.414, 0.7}, text, 8), 7U);
+  EXPECT_STREQ(text, "matched");
+}
+
+TEST(Covariance, OfAPlaneIsLargeAlongIt) {
+  RefinedPose pose;
+  pose.information = Mat6d::Identity() * 1e2;
+  pose.information(2, 2) = 1e6;
+  const Mat6d covariance = pose_covariance(pose, 0.001, 10.0);
+  EXPECT_NEAR(covariance(2, 2), 1e-6 * 10.0 / 1e6, 1e-13);
+  RequiredDirections only_z;
+  for (bool& direction : only_z.direction) direction = false;
+  only_z.direction[2] = true;
+  EXPECT_NEAR(uncertainty_at(covariance, Pose::Identity(), only_z).sigma_m, std::sqrt(1e-11), 1e-8);
+  const Uncertainty all = uncertainty_at(covariance, Pose::Identity(), {});
+  EXPECT_NEAR(all.sigma_m, std::sqrt(1e-7), 1e-6);
+}
+
+TEST(Covariance, AFreeAxisIsNotRequired) {
+  const RequiredDirections required = required_directions({}, Symmetry::AxisZ);
+  EXPECT_TRUE(required.direction[4]);
+  EXPECT_FALSE(required.direction[5]);
+  const RequiredDirections named = required_directions({"x", "rz"}, Symmetry::None);
+  EXPECT_TRUE(named.direction[0]);
+  EXPECT_FALSE(named.direction[1]);
+  EXPECT_TRUE(named.direction[5]);
+}
+
+}  // namespace
+}  // namespace grapnel

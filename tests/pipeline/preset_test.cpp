@@ -1,0 +1,119 @@
+#include "pipeline/preset.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "base/config.h"
+#include "base/input_error.h"
+#include "pipeline/registrar.h"
+#include "tests/support/temp_folder.h"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kConfig = fs::path(GRAPNEL_SOURCE_DIR) / "config";
+
+class PresetFile : public testing::Test {
+ protected:
+  fs::path write(const std::string& text, const std::string& name = "21-test.toml") {
+    fs::path file = folder_.path() / name;
+    std::ofstream(file) << text;
+    return file;
+  }
+  std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    try {
+      static_cast<void>(load_preset(write(text), kConfig / "models", overrides));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  test::TempFolder folder_;
+};
+
+TEST(ShippedPresets, LoadAndCarryTheirNumbers) {
+  int seen = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(kConfig / "presets")) {
+    if (entry.path().extension() != ".toml") continue;
+    const Preset preset = load_preset(entry.path(), kConfig / "models");
+    EXPECT_GT(preset.number, 0) << entry.path();
+    EXPECT_NE(preset.fingerprint, 0);
+    EXPECT_EQ(find_preset(kConfig / "presets", preset.number), entry.path());
+    EXPECT_EQ(find_preset(kConfig / "presets", preset.name), entry.path());
+    EXPECT_GT(Registrar::required_bytes(preset), 1000000U);
+    ++seen;
+  }
+  EXPECT_GE(seen, 6);
+}
+
+TEST_F(PresetFile, EveryDefaultOfTheDescriptionIsAllowed) {
+  const std::string text = describe_preset();
+  const Preset preset = load_preset(write(text), kConfig / "models");
+  EXPECT_EQ(preset.timeout_ms, 500);
+  EXPECT_TRUE(preset.models.empty());
+  for (const char* key : {"max_keypoints", "min_fitness", "method = \"iss\"", "draws", "views"}) {
+    EXPECT_NE(text.find(key), std::string::npos) << key;
+  }
+}
+
+TEST_F(PresetFile, MistakesNameFileLineKeyAndWhatIsAllowed) {
+  const struct {
+    const char* text;
+    const char* expected;
+  } cases[] = {
+      {"max_objcts = 1\n", "max_objects"},
+      {"[accept]\nmin_fitnes = 0.5\n", "min_fitness"},
+      {"[accept]\nmin_fitness = 2.0\n", "21-test.toml:2: accept.min_fitness"},
+      {"[accept]\nmin_fitness = \"high\"\n", "21-test.toml:2: accept.min_fitness"},
+      {"[keypoints]\nmethod = \"sift4d\"\n", "iss"},
+      {"[keypoints]\nmethod = \"iss\"\nradius = 3\n", "keypoints.radius"},
+      {"[limits]\nmax_points = -1\n", "limits.max_points"},
+      {"models = [\"nothing\"]\n", "nothing"},
+      {"models = [\"box\", \"box\"]\n", "twice"},
+      {"max_objects = 9\n", "max_objects"},
+      {"[refine]\nmetric = \"plane\"\n", "point_to_plane"},
+      {"[search]\nkept = 0\n", "search.kept"},
+      {"timeout_ms = 500\ntimeout_ms = 600\n", "21-test.toml"},
+      {"[accept\n", "21-test.toml:1"},
+  };
+  for (const auto& c : cases) {
+    const std::string said = refusal(c.text);
+    EXPECT_NE(said.find(c.expected), std::string::npos) << c.text << " -> " << said;
+    EXPECT_NE(said.find("21-test.toml"), std::string::npos) << said;
+  }
+}
+
+TEST_F(PresetFile, OverridesWinAndAreChecked) {
+  const fs::path file = write("[accept]\nmin_fitness = 0.5\n");
+  const Preset plain = load_preset(file, kConfig / "models");
+  const Preset changed =
+      load_preset(file, kConfig / "models", {"max_objects=3", "limits.max_keypoints=99"});
+  EXPECT_EQ(changed.max_objects, 3);
+  EXPECT_EQ(changed.limits.max_keypoints, 99U);
+  EXPECT_NE(changed.fingerprint, plain.fingerprint);
+  EXPECT_NE(refusal("", {"accept.min_fitness=7"}), "");
+  EXPECT_NE(refusal("", {"accept.nonsense=7"}), "");
+}
+
+TEST_F(PresetFile, AMissingNumberListsWhatThereIs) {
+  write("");
+  write("", "22-other.toml");
+  try {
+    static_cast<void>(find_preset(folder_.path(), 99));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("21-test, 22-other"), std::string::npos);
+  }
+  write("", "21-again.toml");
+  EXPECT_THROW(static_cast<void>(find_preset(folder_.path(), 21)), InputError);
+}
+
+}  // namespace
+}  // namespace grapnel

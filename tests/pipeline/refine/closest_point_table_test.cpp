@@ -1,0 +1,69 @@
+#include "pipeline/refine/closest_point_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/pipeline/support/surfaces.h"
+
+namespace grapnel {
+namespace {
+
+float brute_force(const Surface& surface, const Vec3f& p) {
+  float best = std::numeric_limits<float>::max();
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    best = std::min(best, (surface.point(i) - p).norm());
+  }
+  return best;
+}
+
+TEST(ClosestPointTable, FindsThePointThatASearchFindsOrOneAsNear) {
+  test::OwnedSurface ball = test::bumpy_ball(3000, 0.1);
+  ClosestPointTable table;
+  const test::ArenaMemory memory([&](Arena& arena) { table.reserve(arena, 500000); });
+  table.build(*ball, 0.03);
+  Rng rng(7);
+  for (int i = 0; i < 3000; ++i) {
+    const auto k = rng.below(static_cast<std::uint32_t>(ball->size));
+    const Vec3f p = ball->point(k) + 0.02F * Vec3f(static_cast<float>(rng.normal()),
+                                                   static_cast<float>(rng.normal()),
+                                                   static_cast<float>(rng.normal()));
+    const std::int32_t found = table.closest(p, 1.0F);
+    if (found < 0) continue;  // outside of the grid
+    const float distance = (ball->point(static_cast<std::size_t>(found)) - p).norm();
+    // Candidates belong to voxel centres; a nearer point may hide by half a voxel's diagonal.
+    EXPECT_LT(distance - brute_force(*ball, p), 0.9F * static_cast<float>(table.voxel_m()));
+  }
+}
+
+TEST(ClosestPointTable, FindsEveryPointItself) {
+  test::OwnedSurface ball = test::bumpy_ball(2000, 0.1);
+  ClosestPointTable table;
+  const test::ArenaMemory memory([&](Arena& arena) { table.reserve(arena, 500000); });
+  table.build(*ball, 0.01);
+  std::size_t exact = 0;
+  for (std::size_t i = 0; i < ball->size; ++i) {
+    const std::int32_t found = table.closest(ball->point(i), 0.01F);
+    ASSERT_GE(found, 0);
+    exact += static_cast<std::size_t>(found) == i ? 1U : 0U;
+  }
+  // Points that share a voxel hide each other.
+  EXPECT_GT(exact, 95 * ball->size / 100);
+}
+
+TEST(ClosestPointTable, RespectsItsDistanceAndItsEdges) {
+  test::OwnedSurface ball = test::sphere(500, 0.1, true);
+  ClosestPointTable table;
+  const test::ArenaMemory memory([&](Arena& arena) { table.reserve(arena, 50000); });
+  table.build(*ball, 0.05);
+  EXPECT_EQ(table.closest(Vec3f::Zero(), 0.05F), -1);
+  EXPECT_GE(table.closest(Vec3f::Zero(), 0.12F), 0);
+  EXPECT_EQ(table.closest(Vec3f(9.0F, 0.0F, 0.0F), 100.0F), -1);
+  EXPECT_EQ(table.nearby(Vec3f(0.0F, -9.0F, 0.0F)), -1);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(table.closest(Vec3f(nan, 0.0F, 0.0F), 1.0F), -1);
+}
+
+}  // namespace
+}  // namespace grapnel
