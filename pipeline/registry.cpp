@@ -4,6 +4,8 @@
 
 #include "pipeline/correspond/nearest_feature.h"
 #include "pipeline/descriptors/fpfh.h"
+#include "pipeline/descriptors/pfh.h"
+#include "pipeline/descriptors/spin_image.h"
 #include "pipeline/keypoints/iss.h"
 #include "pipeline/keypoints/uniform.h"
 #include "pipeline/preprocess/normals.h"
@@ -40,6 +42,9 @@ constexpr std::array kDetectors = {
 };
 constexpr std::array kDescriptors = {
     method<DescriptorEstimator, FpfhEstimator, FpfhParams, fpfh_fields>("fpfh"),
+    method<DescriptorEstimator, PfhEstimator, PfhParams, pfh_fields>("pfh"),
+    method<DescriptorEstimator, SpinImageEstimator, SpinImageParams, spin_image_fields>(
+        "spin_image"),
 };
 constexpr std::array kMatchers = {
     method<FeatureMatcher, NearestFeature, NearestFeatureParams, nearest_feature_fields>(

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string_view>
 
 #include "base/math.h"
+#include "pipeline/descriptors/common.h"
 #include "pipeline/descriptors/pair_feature.h"
 #include "pipeline/kernels/pair_features.h"
 
 namespace grapnel {
 
 FieldTable fpfh_fields() noexcept {
-  static constexpr std::array<std::string_view, 2> kEngines = {"fast", "reference"};
   static constexpr std::array kFields = {
       number_field<&FpfhParams::radius_m>("radius_m", "m", 0.0, 10.0,
                                           "described surroundings; 0 = radius_ratio spacings"),
@@ -21,7 +20,7 @@ FieldTable fpfh_fields() noexcept {
       number_field<&FpfhParams::max_neighbours>(
           "max_neighbours", "", 0, 100000,
           "of one point, thinned evenly beyond; 0 = the preset's limit (PCL: no limit)"),
-      choice_field<&FpfhParams::engine>("engine", kEngines, "fast, or plain loops in double"),
+      choice_field<&FpfhParams::engine>("engine", kEngineNames, "fast, or plain loops in double"),
   };
   return kFields;
 }
@@ -29,12 +28,6 @@ FieldTable fpfh_fields() noexcept {
 namespace {
 
 constexpr std::size_t kStride = 40;  ///< 33 bins, padded for the weighted sum
-
-std::size_t bin_of(double value, double low, double high) noexcept {
-  const double bins = static_cast<double>(FpfhEstimator::kBins);
-  const double place = std::floor(bins * (value - low) / (high - low));
-  return static_cast<std::size_t>(std::clamp(place, 0.0, bins - 1.0));
-}
 
 /// Scales each third of the row to a sum of 100.
 void normalise_thirds(std::span<float> row) noexcept {
@@ -98,9 +91,9 @@ void FpfhEstimator::simplify(const Surface& surface, std::size_t point_i, float 
         pair_feature(surface.point(point_i).cast<double>(), surface.normal(point_i).cast<double>(),
                      surface.point(other).cast<double>(), surface.normal(other).cast<double>());
     if (!pair.valid) continue;
-    histogram[bin_of(pair.f1_rad, -math::kPi, math::kPi)] += increment;
-    histogram[kBins + bin_of(pair.f2, -1.0, 1.0)] += increment;
-    histogram[2 * kBins + bin_of(pair.f3, -1.0, 1.0)] += increment;
+    histogram[bin_of(pair.f1_rad, -math::kPi, math::kPi, kBins)] += increment;
+    histogram[kBins + bin_of(pair.f2, -1.0, 1.0, kBins)] += increment;
+    histogram[2 * kBins + bin_of(pair.f3, -1.0, 1.0, kBins)] += increment;
   }
 }
 
@@ -120,19 +113,10 @@ void FpfhEstimator::weigh(std::size_t point_i, float radius_m, std::span<float> 
 
 Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint> keypoints,
                                FeatureMatrix& features) noexcept {
-  features.rows = 0;
-  if (features.dimension != kDimension ||
-      keypoints.size() * features.stride > features.values.size()) {
-    return Error{Code::CapacityExceeded, Stage::Descriptors,
-                 static_cast<std::int32_t>(keypoints.size())};
-  }
-  const double wanted =
-      params_.radius_m > 0.0 ? params_.radius_m : params_.radius_ratio * surface.spacing_m;
-  if (!(wanted > 0.0)) return Error{Code::BadParameter, Stage::Descriptors, 0};
-  if (const Status built = search_.build(surface, wanted); !built.ok()) {
-    return Error{built.error().code, Stage::Descriptors, built.error().detail};
-  }
-  const auto radius = static_cast<float>(wanted);
+  const Result<float> radius_m = begin_description(
+      surface, keypoints, params_.radius_m, params_.radius_ratio, kDimension, features, search_);
+  if (!radius_m.ok()) return radius_m.error();
+  const float radius = radius_m.value();
   std::fill_n(needed_.begin(), surface.size, std::uint8_t{0});
   for (const Keypoint& keypoint : keypoints) {
     const Neighbourhood around = search_.thin(
@@ -142,11 +126,8 @@ Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint>
   for (std::size_t i = 0; i < surface.size; ++i) {
     if (needed_[i] != 0) simplify(surface, i, radius);
   }
-  features.rows = keypoints.size();
   for (std::size_t k = 0; k < keypoints.size(); ++k) {
     const auto point_i = static_cast<std::size_t>(keypoints[k].point);
-    float* row = features.values.data() + k * features.stride;
-    std::fill_n(row, features.stride, 0.0F);
     if (surface.has_normal(point_i)) weigh(point_i, radius, features.row(k));
   }
   return {};

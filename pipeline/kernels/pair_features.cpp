@@ -58,50 +58,94 @@ HWY_INLINE V Atan2(D d, V y, V x) {
   return hn::IfThenElse(hn::Lt(y, zero), hn::Neg(angle), angle);
 }
 
-/// Bin of value in low … low + 1/scale: floor(11 (value - low) scale), clamped.
+/// Bin of value in low … low + 1/scale: floor(bins (value - low) scale), clamped.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE hn::Vec<hn::RebindToSigned<D>> Bin(D d, V value, float low, float scale) {
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> Bin(D d, V value, float low, float scale, float bins) {
   const hn::RebindToSigned<D> di;
   const V place = hn::Mul(hn::Sub(value, hn::Set(d, low)), hn::Set(d, scale));
-  const V clamped = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, kPairBins - 0.5F));
+  const V clamped = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, bins - 0.5F));
   return hn::ConvertTo(di, clamped);
 }
 
-/// Features of the pairs (p, q), packed into bins; dropped pairs give kNoPair.
+template <class D>
+struct PairOfBins {
+  hn::Vec<hn::RebindToSigned<D>> f1, f2, f3;
+  hn::Mask<hn::RebindToSigned<D>> none;
+};
+
+/// Bins of the features of the pairs (p, q). With unit normals w·n = (d·n - (d·u)(u·n)) / |d × u|,
+/// so that neither v nor w need be formed.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE hn::Vec<hn::RebindToSigned<D>> PairBins(D d, const Vector3<V>& p, const Vector3<V>& np,
-                                                   const Vector3<V>& q, const Vector3<V>& nq) {
+HWY_INLINE PairOfBins<D> BinsOfPairs(D d, const Vector3<V>& p, const Vector3<V>& np,
+                                     const Vector3<V>& q, const Vector3<V>& nq, float bins) {
   const hn::RebindToSigned<D> di;
   const V zero = hn::Zero(d);
   const V one = hn::Set(d, 1.0F);
   const Vector3<V> line{hn::Sub(q.x, p.x), hn::Sub(q.y, p.y), hn::Sub(q.z, p.z)};
   const V length = hn::Sqrt(Dot(line, line));
-  const auto coincident = hn::Eq(length, zero);
-  const V inverse = hn::Div(one, hn::IfThenElse(coincident, one, length));
-  const V cos_p = hn::Mul(Dot(np, line), inverse);
-  const V cos_q = hn::Mul(Dot(nq, line), inverse);
+  const V along_p = Dot(np, line);
+  const V along_q = Dot(nq, line);
+  const V cos_normals = Dot(np, nq);
   // The source of the pair is the end whose normal makes the smaller angle with the line.
-  const auto from_q = hn::Lt(hn::Abs(cos_p), hn::Abs(cos_q));
+  const auto from_q = hn::Lt(hn::Abs(along_p), hn::Abs(along_q));
   const Vector3<V> u = Choose(from_q, nq, np);
   const Vector3<V> target = Choose(from_q, np, nq);
-  const Vector3<V> back{hn::Neg(line.x), hn::Neg(line.y), hn::Neg(line.z)};
-  const V f3 = hn::IfThenElse(from_q, hn::Neg(cos_q), cos_p);
-  Vector3<V> v = Cross(Choose(from_q, back, line), u);
-  const V v_length = hn::Sqrt(Dot(v, v));
-  const auto parallel = hn::Eq(v_length, zero);
-  const V v_inverse = hn::Div(one, hn::IfThenElse(parallel, one, v_length));
-  v = {hn::Mul(v.x, v_inverse), hn::Mul(v.y, v_inverse), hn::Mul(v.z, v_inverse)};
-  const Vector3<V> w = Cross(u, v);
-  const V f1 = Atan2(d, Dot(w, target), Dot(u, target));
-  const V f2 = Dot(v, target);
+  const V along_u = hn::IfThenElse(from_q, hn::Neg(along_q), along_p);
+  const V along_target = hn::IfThenElse(from_q, hn::Neg(along_p), along_q);
+  const Vector3<V> across = Cross(line, u);
+  const V width = hn::Sqrt(Dot(across, across));
+  const V volume = Dot(across, target);
+  const V area = hn::Mul(length, width);
+  const auto none = hn::Eq(area, zero);
+  const V inverse = hn::Div(one, hn::IfThenElse(none, one, area));
+  const V f1 =
+      Atan2(d, hn::Sub(along_target, hn::Mul(along_u, cos_normals)), hn::Mul(cos_normals, width));
+  const V f2 = hn::Mul(hn::IfThenElse(from_q, hn::Neg(volume), volume), hn::Mul(inverse, length));
+  const V f3 = hn::Mul(along_u, hn::Mul(inverse, width));
+  return {Bin(d, f1, -3.14159265F, bins * 0.159154943F, bins), Bin(d, f2, -1.0F, bins * 0.5F, bins),
+          Bin(d, f3, -1.0F, bins * 0.5F, bins), hn::RebindMask(di, none)};
+}
 
-  constexpr float kBins = kPairBins;
-  const auto bin1 = Bin(d, f1, -3.14159265F, kBins * 0.159154943F);
-  const auto bin2 = Bin(d, f2, -1.0F, kBins * 0.5F);
-  const auto bin3 = Bin(d, f3, -1.0F, kBins * 0.5F);
-  const auto packed = hn::Or(bin1, hn::Or(hn::ShiftLeft<8>(bin2), hn::ShiftLeft<16>(bin3)));
-  const auto none = hn::RebindMask(di, hn::Or(coincident, parallel));
-  return hn::IfThenElse(none, hn::Set(di, kNoPair), packed);
+/// The three bins in one number; dropped pairs give kNoPair.
+template <class D>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> Packed(D, const PairOfBins<D>& b) {
+  const hn::RebindToSigned<D> di;
+  const auto packed = hn::Or(b.f1, hn::Or(hn::ShiftLeft<8>(b.f2), hn::ShiftLeft<16>(b.f3)));
+  return hn::IfThenElse(b.none, hn::Set(di, kNoPair), packed);
+}
+
+void CountPairCells(const OrientedPlanes& points, std::size_t count, int bins,
+                    const PairCellCounts& counts) {
+  const hn::CappedTag<float, 8> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const std::size_t lanes = hn::Lanes(d);
+  using V = hn::Vec<decltype(d)>;
+  const auto side = static_cast<float>(bins);
+  const auto row = hn::Set(di, bins);
+  const auto nowhere = hn::Set(di, bins * bins * bins);
+  HWY_ALIGN std::array<std::int32_t, 8> cells;
+  for (std::size_t i = 1; i < count; ++i) {
+    const Vector3<V> p{hn::Set(d, points.x[i]), hn::Set(d, points.y[i]), hn::Set(d, points.z[i])};
+    const Vector3<V> np{hn::Set(d, points.nx[i]), hn::Set(d, points.ny[i]),
+                        hn::Set(d, points.nz[i])};
+    const auto end = hn::Set(di, static_cast<std::int32_t>(i));
+    for (std::size_t j = 0; j < i; j += lanes) {
+      const Vector3<V> q{hn::LoadU(d, points.x + j), hn::LoadU(d, points.y + j),
+                         hn::LoadU(d, points.z + j)};
+      const Vector3<V> nq{hn::LoadU(d, points.nx + j), hn::LoadU(d, points.ny + j),
+                          hn::LoadU(d, points.nz + j)};
+      const auto b = BinsOfPairs(d, p, np, q, nq, side);
+      const auto cell = hn::Add(b.f1, hn::Mul(row, hn::Add(b.f2, hn::Mul(row, b.f3))));
+      const auto here = hn::Iota(di, static_cast<std::int32_t>(j));
+      const auto drop = hn::Or(b.none, hn::Not(hn::Lt(here, end)));
+      hn::Store(hn::IfThenElse(drop, nowhere, cell), di, cells.data());
+      // Neighbouring pairs fall into the same cell: counting in turn into four tables keeps one
+      // count from waiting for the last.
+      for (std::size_t k = 0; k < lanes; ++k) {
+        ++counts.table[k % kPairCellTables][static_cast<std::size_t>(cells[k])];
+      }
+    }
+  }
 }
 
 void PairBinsOf(const OrientedPlanes& points, std::int32_t point_i,
@@ -127,7 +171,8 @@ void PairBinsOf(const OrientedPlanes& points, std::int32_t point_i,
                        hn::GatherIndex(d, points.z, index)};
     const Vector3<V> nq{hn::GatherIndex(d, points.nx, index), hn::GatherIndex(d, points.ny, index),
                         hn::GatherIndex(d, points.nz, index)};
-    hn::StoreU(PairBins(d, p, np, q, nq), di, bins + i);
+    hn::StoreU(Packed(d, BinsOfPairs(d, p, np, q, nq, static_cast<float>(kPairBins))), di,
+               bins + i);
   }
 }
 
@@ -140,10 +185,16 @@ HWY_AFTER_NAMESPACE();
 namespace grapnel::kernels {
 
 HWY_EXPORT(PairBinsOf);
+HWY_EXPORT(CountPairCells);
 
 void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
                std::span<const std::int32_t> others, std::int32_t* bins) noexcept {
   HWY_DYNAMIC_DISPATCH(PairBinsOf)(points, point_i, others, bins);
+}
+
+void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
+                      const PairCellCounts& counts) noexcept {
+  HWY_DYNAMIC_DISPATCH(CountPairCells)(points, count, bins, counts);
 }
 
 }  // namespace grapnel::kernels

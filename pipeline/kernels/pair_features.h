@@ -26,4 +26,17 @@ inline constexpr std::int32_t kNoPair = -1;
 void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
                std::span<const std::int32_t> others, std::int32_t* bins) noexcept;
 
+inline constexpr std::size_t kPairCellTables = 4;
+/// Counts of pairs by cell; the sum of the four tables is the count. Each has a place for the pairs
+/// without features behind its cells.
+struct PairCellCounts {
+  std::uint32_t* table[kPairCellTables] = {};
+};
+
+/// Counts every pair of the first `count` points in the cell of its three features, `bins` each:
+/// f1 bin + bins (f2 bin + bins f3 bin). The later point of a pair stands first. The planes hold 8
+/// readable elements behind the last point.
+void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
+                      const PairCellCounts& counts) noexcept;
+
 }  // namespace grapnel::kernels

@@ -117,46 +117,58 @@ float arc_tangent(float y, float x) noexcept {
   return y < 0.0F ? -angle : angle;
 }
 
-std::int32_t bin(float value, float low, float scale) noexcept {
-  return static_cast<std::int32_t>(std::clamp((value - low) * scale, 0.0F, kPairBins - 0.5F));
+std::int32_t bin(float value, float low, float scale, float bins) noexcept {
+  return static_cast<std::int32_t>(std::clamp((value - low) * scale, 0.0F, bins - 0.5F));
 }
 
-std::int32_t bins_of_pair(const Triple& p, const Triple& np, const Triple& q,
-                          const Triple& nq) noexcept {
-  const Triple line{q.x - p.x, q.y - p.y, q.z - p.z};
+struct Bins {
+  std::int32_t f1 = 0, f2 = 0, f3 = 0;
+  bool none = true;
+};
+
+Bins bins_of_pair(const OrientedPlanes& points, std::size_t i, std::size_t j, float bins) noexcept {
+  const Triple np{points.nx[i], points.ny[i], points.nz[i]};
+  const Triple nq{points.nx[j], points.ny[j], points.nz[j]};
+  const Triple line{points.x[j] - points.x[i], points.y[j] - points.y[i],
+                    points.z[j] - points.z[i]};
   const float length = std::sqrt(dot(line, line));
-  if (length == 0.0F) return kNoPair;
-  const float inverse = 1.0F / length;
-  const float cos_p = dot(np, line) * inverse;
-  const float cos_q = dot(nq, line) * inverse;
-  const bool from_q = std::fabs(cos_p) < std::fabs(cos_q);
-  const Triple& u = from_q ? nq : np;
-  const Triple& target = from_q ? np : nq;
-  const Triple back{-line.x, -line.y, -line.z};
-  Triple v = cross(from_q ? back : line, u);
-  const float v_length = std::sqrt(dot(v, v));
-  if (v_length == 0.0F) return kNoPair;
-  const float v_inverse = 1.0F / v_length;
-  v = {v.x * v_inverse, v.y * v_inverse, v.z * v_inverse};
-  const Triple w = cross(u, v);
-  const float f1 = arc_tangent(dot(w, target), dot(u, target));
-  const float f2 = dot(v, target);
-  const float f3 = from_q ? -cos_q : cos_p;
-  constexpr float kBins = kPairBins;
-  return bin(f1, -3.14159265F, kBins * 0.159154943F) | bin(f2, -1.0F, kBins * 0.5F) << 8 |
-         bin(f3, -1.0F, kBins * 0.5F) << 16;
+  const float along_p = dot(np, line);
+  const float along_q = dot(nq, line);
+  const float cos_normals = dot(np, nq);
+  const bool from_q = std::fabs(along_p) < std::fabs(along_q);
+  const float along_u = from_q ? -along_q : along_p;
+  const float along_target = from_q ? -along_p : along_q;
+  const Triple across = cross(line, from_q ? nq : np);
+  const float width = std::sqrt(dot(across, across));
+  const float volume = dot(across, from_q ? np : nq);
+  const float area = length * width;
+  if (area == 0.0F) return {};
+  const float inverse = 1.0F / area;
+  const float f1 = arc_tangent(along_target - along_u * cos_normals, cos_normals * width);
+  const float f2 = (from_q ? -volume : volume) * (inverse * length);
+  const float f3 = along_u * (inverse * width);
+  return {bin(f1, -3.14159265F, bins * 0.159154943F, bins), bin(f2, -1.0F, bins * 0.5F, bins),
+          bin(f3, -1.0F, bins * 0.5F, bins), false};
 }
 
 }  // namespace
 
 void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
                std::span<const std::int32_t> others, std::int32_t* bins) noexcept {
-  const auto place = [&](std::int32_t i) { return Triple{points.x[i], points.y[i], points.z[i]}; };
-  const auto normal = [&](std::int32_t i) {
-    return Triple{points.nx[i], points.ny[i], points.nz[i]};
-  };
   for (std::size_t i = 0; i < others.size(); ++i) {
-    bins[i] = bins_of_pair(place(point_i), normal(point_i), place(others[i]), normal(others[i]));
+    const Bins b = bins_of_pair(points, static_cast<std::size_t>(point_i),
+                                static_cast<std::size_t>(others[i]), kPairBins);
+    bins[i] = b.none ? kNoPair : b.f1 | b.f2 << 8 | b.f3 << 16;
+  }
+}
+
+void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
+                      const PairCellCounts& counts) noexcept {
+  for (std::size_t i = 1; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Bins b = bins_of_pair(points, i, j, static_cast<float>(bins));
+      if (!b.none) ++counts.table[0][b.f1 + bins * (b.f2 + bins * b.f3)];
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include "pipeline/kernels/depth_rows.h"
 #include "pipeline/kernels/nearest.h"
 #include "pipeline/kernels/pair_features.h"
+#include "pipeline/kernels/spin_cells.h"
 #include "pipeline/kernels/within.h"
 
 namespace grapnel::kernels::reference {
@@ -31,6 +32,12 @@ void back_project_row(const std::uint16_t* depth, const RowCamera& camera, std::
 
 void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
                std::span<const std::int32_t> others, std::int32_t* bins) noexcept;
+
+void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
+                      const PairCellCounts& counts) noexcept;
+
+void spin_votes(const OrientedPlanes& points, const SpinFrame& frame,
+                std::span<const std::int32_t> others, const SpinVotes& votes) noexcept;
 
 void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
                  NearestTwo* found) noexcept;

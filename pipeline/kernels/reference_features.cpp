@@ -1,0 +1,64 @@
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/kernels/reference.h"
+
+namespace grapnel::kernels::reference {
+
+namespace {
+
+float arc_cosine(float x) noexcept {
+  float p = -0.0012624911F;
+  for (const float next : {0.0066700901F, -0.0170881256F, 0.0308918810F, -0.0501743046F,
+                           0.0889789874F, -0.2145988016F, 1.5707963050F}) {
+    p = p * x + next;
+  }
+  return std::sqrt(1.0F - x) * p;
+}
+
+std::int32_t cell_of(float place, float last, float& into) noexcept {
+  const float inside = std::max(place, 0.0F);
+  const float cell = std::min(std::floor(inside), last);
+  into = std::min(inside - cell, 1.0F);
+  return static_cast<std::int32_t>(cell);
+}
+
+}  // namespace
+
+void spin_votes(const OrientedPlanes& points, const SpinFrame& f,
+                std::span<const std::int32_t> others, const SpinVotes& votes) noexcept {
+  const auto width = static_cast<float>(f.width);
+  const float per_cell = 1.0F / f.cell_m;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const std::int32_t other = others[i];
+    const float dx = points.x[other] - f.x;
+    const float dy = points.y[other] - f.y;
+    const float dz = points.z[other] - f.z;
+    const float squared = (dx * dx + dy * dy) + dz * dz;
+    const float length = std::sqrt(squared);
+    const float along = (dx * f.nx + dy * f.ny) + dz * f.nz;
+    bool drop = length == 0.0F;
+    if (f.min_cos > 0.0F || f.angular) {
+      const float cos_normals =
+          std::fabs((points.nx[other] * f.nx + points.ny[other] * f.ny) + points.nz[other] * f.nz);
+      drop = drop || cos_normals < f.min_cos;
+      if (f.angular) votes.angle_rad[i] = arc_cosine(std::min(cos_normals, 1.0F));
+    }
+    float row = length * per_cell;
+    float column = along * per_cell;
+    if (f.radial) {
+      const float sine = along / (length == 0.0F ? 1.0F : length);
+      const float size = 1.57079633F - arc_cosine(std::min(std::fabs(sine), 1.0F));
+      column = (sine < 0.0F ? -size : size) * (width * 0.636619772F);
+    } else {
+      row = std::sqrt(std::max(squared - along * along, 0.0F)) * per_cell;
+      drop = drop || row >= width || std::fabs(column) >= width;
+    }
+    const std::int32_t row_cell = cell_of(row, width - 1.0F, votes.to_next_row[i]);
+    const std::int32_t column_cell =
+        cell_of(column + width, 2.0F * width - 1.0F, votes.to_next_column[i]);
+    votes.cell[i] = drop ? -1 : row_cell * (2 * f.width + 1) + column_cell;
+  }
+}
+
+}  // namespace grapnel::kernels::reference

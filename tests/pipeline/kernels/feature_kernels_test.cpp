@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "base/rng.h"
+#include "pipeline/kernels/reference.h"
+#include "pipeline/kernels/target.h"
+#include "tests/pipeline/support/surfaces.h"
+
+namespace grapnel {
+namespace {
+
+/// Every test runs on each target that this machine has, and must give the same bits as the plain
+/// loops of reference.h.
+class FeatureKernel : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { ASSERT_TRUE(kernels::force_target(GetParam())); }
+  void TearDown() override { ASSERT_TRUE(kernels::force_target("")); }
+};
+
+INSTANTIATE_TEST_SUITE_P(OnEveryTarget, FeatureKernel, testing::ValuesIn(kernels::target_names()),
+                         [](const auto& target) { return target.param; });
+
+/// Scattered points with normals that lean; slack behind them, two of them coincident.
+struct Points {
+  std::array<std::vector<float>, 6> plane;
+  explicit Points(std::size_t count) {
+    Rng rng(17);
+    for (auto& values : plane) values.assign(count + 16, 0.0F);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d normal = Vec3d(0.4 * rng.normal(), 0.4 * rng.normal(), 1.0).normalized();
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        plane[axis][i] = static_cast<float>(0.05 * rng.uniform(-1.0, 1.0));
+        plane[3 + axis][i] = static_cast<float>(normal[static_cast<Eigen::Index>(axis)]);
+      }
+    }
+    for (auto& values : plane) values[count - 1] = values[0];
+  }
+  [[nodiscard]] kernels::OrientedPlanes planes() const {
+    return {plane[0].data(), plane[1].data(), plane[2].data(),
+            plane[3].data(), plane[4].data(), plane[5].data()};
+  }
+};
+
+TEST_P(FeatureKernel, CellsOfAllPairsAreCountedAsByPlainLoops) {
+  for (const std::size_t count : {0U, 1U, 2U, 9U, 67U}) {
+    for (const int bins : {2, 5}) {
+      const Points points(67);
+      const auto cells = static_cast<std::size_t>(bins * bins * bins);
+      std::array<std::vector<std::uint32_t>, kernels::kPairCellTables> tables;
+      std::vector<std::uint32_t> expected(cells + 1, 0);
+      kernels::PairCellCounts counts;
+      for (std::size_t i = 0; i < tables.size(); ++i) {
+        tables[i].assign(cells + 1, 0);
+        counts.table[i] = tables[i].data();
+      }
+      kernels::count_pair_cells(points.planes(), count, bins, counts);
+      kernels::reference::count_pair_cells(points.planes(), count, bins, {{expected.data()}});
+      for (std::size_t cell = 0; cell < cells; ++cell) {
+        EXPECT_EQ(tables[0][cell] + tables[1][cell] + tables[2][cell] + tables[3][cell],
+                  expected[cell]);
+      }
+    }
+  }
+}
+
+TEST_P(FeatureKernel, SpinVotesHaveTheSameBitsAsPlainLoops) {
+  const Points points(67);
+  std::vector<std::int32_t> others;
+  for (std::int32_t i = 0; i < 67; i += 1 + i % 3) others.push_back(i);
+  struct Votes {
+    std::vector<std::int32_t> cell = std::vector<std::int32_t>(80);
+    std::array<std::vector<float>, 3> value;
+    Votes() { value.fill(std::vector<float>(80)); }
+    kernels::SpinVotes view() {
+      return {cell.data(), value[0].data(), value[1].data(), value[2].data()};
+    }
+  };
+  for (const bool radial : {false, true}) {
+    for (const bool angular : {false, true}) {
+      kernels::SpinFrame frame{points.plane[0][3],
+                               points.plane[1][3],
+                               points.plane[2][3],
+                               points.plane[3][3],
+                               points.plane[4][3],
+                               points.plane[5][3],
+                               0.7F,
+                               0.009F,
+                               8,
+                               radial,
+                               angular};
+      Votes votes;
+      Votes expected;
+      kernels::spin_votes(points.planes(), frame, others, votes.view());
+      kernels::reference::spin_votes(points.planes(), frame, others, expected.view());
+      for (std::size_t i = 0; i < others.size(); ++i) {
+        ASSERT_EQ(votes.cell[i], expected.cell[i]);
+        for (std::size_t k = 0; k < (angular ? 3U : 2U); ++k) {
+          ASSERT_EQ(std::memcmp(&votes.value[k][i], &expected.value[k][i], sizeof(float)), 0);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grapnel
