@@ -15,6 +15,9 @@ struct Keypoint {
   std::int32_t point = 0;
   float score = 0.0F;
   float scale_m = 0.0F;
+  /// From the surface's point to the keypoint's own place: not zero where a detector places
+  /// keypoints between the samples.
+  Vec3f offset_m = Vec3f::Zero();
 };
 /// Keeps the strongest when the detector finds more than fit; `overflowed()` then says so.
 using KeypointSet = FixedList<Keypoint>;

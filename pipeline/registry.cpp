@@ -6,6 +6,8 @@
 #include "pipeline/descriptors/fpfh.h"
 #include "pipeline/descriptors/pfh.h"
 #include "pipeline/descriptors/spin_image.h"
+#include "pipeline/keypoints/curvature.h"
+#include "pipeline/keypoints/harris3d.h"
 #include "pipeline/keypoints/iss.h"
 #include "pipeline/keypoints/uniform.h"
 #include "pipeline/preprocess/normals.h"
@@ -38,6 +40,9 @@ constexpr std::array kNormals = {
 };
 constexpr std::array kDetectors = {
     method<KeypointDetector, IssDetector, IssParams, iss_fields>("iss"),
+    method<KeypointDetector, HarrisDetector, HarrisParams, harris_fields>("harris3d"),
+    method<KeypointDetector, CurvatureDetector, CurvatureKeypointParams, curvature_keypoint_fields>(
+        "principal_curvature"),
     method<KeypointDetector, UniformDetector, UniformParams, uniform_fields>("uniform"),
 };
 constexpr std::array kDescriptors = {

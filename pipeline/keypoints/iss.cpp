@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "base/math.h"
 #include "pipeline/keypoints/strongest.h"
@@ -10,7 +11,9 @@
 namespace grapnel {
 
 FieldTable iss_fields() noexcept {
+  static constexpr std::array<std::string_view, 2> kEngines = {"fast", "reference"};
   static constexpr std::array kFields = {
+      choice_field<&IssParams::engine>("engine", kEngines, "fast, or plain loops in double"),
       number_field<&IssParams::salient_radius_m>("salient_radius_m", "m", 0.0, 10.0,
                                                  "sphere of the scatter; 0 = 6 spacings"),
       number_field<&IssParams::non_max_radius_m>("non_max_radius_m", "m", 0.0, 10.0,
@@ -45,12 +48,15 @@ constexpr double kRounding = 1e-6;
 
 void IssDetector::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points = std::max(limits.max_points, limits.max_model_points);
-  search_.reserve(arena, limits);
+  sums_.reserve(arena, limits);
+  maxima_.reserve(arena, limits);
   saliency_ = arena.take<float>(points);
+  for (std::span<float>& plane : eigenvalues_) {
+    plane = arena.take<float>(points + SphereSums::kPadding);
+  }
   border_ = arena.take<std::uint8_t>(points);
   edge_ = arena.take<std::uint8_t>(points);
   angles_ = arena.take<float>(points);
-  candidates_ = arena.take<Keypoint>(points);
 }
 
 bool IssDetector::on_border(const Surface& surface, std::size_t point_i,
@@ -80,30 +86,48 @@ void IssDetector::find_borders(const Surface& surface) noexcept {
   const auto radius = static_cast<float>(params_.border_radius_m);
   const auto needed = static_cast<std::size_t>(params_.min_neighbours);
   for (std::size_t i = 0; i < surface.size; ++i) {
-    const Neighbourhood around = search_.within(i, radius);
+    const Neighbourhood around = sums_.search().within(i, radius);
     const bool measurable = around.size() >= std::max<std::size_t>(needed, 3);
     edge_[i] = measurable && surface.has_normal(i) && on_border(surface, i, around) ? 1 : 0;
   }
   for (std::size_t i = 0; i < surface.size; ++i) {
-    const Neighbourhood around = search_.within(i, radius);
+    const Neighbourhood around = sums_.search().within(i, radius);
     border_[i] = std::any_of(around.index.begin(), around.index.end(), [&](std::int32_t index) {
       return edge_[static_cast<std::size_t>(index)] != 0;
     });
   }
 }
 
-void IssDetector::measure_saliency(const Surface& surface, double salient_radius_m) noexcept {
-  const auto radius = static_cast<float>(salient_radius_m);
+/// Eigenvalues descending: the third where all ratios are small enough, else 0.
+float IssDetector::saliency(double count, double e1, double e2, double e3) const noexcept {
+  if (count < static_cast<double>(params_.min_neighbours)) return 0.0F;
+  if (!(e2 < params_.gamma_21 * e1) || !(e3 < params_.gamma_32 * e2)) return 0.0F;
+  if (!(e3 > kRounding * e1)) return 0.0F;
+  const double value = params_.normalise ? e3 / count : e3;
+  return value > params_.min_third_eigenvalue_m2 ? static_cast<float>(value) : 0.0F;
+}
+
+void IssDetector::measure_fast(const Surface& surface) noexcept {
+  sums_.scatter(false);
+  kernels::eigenvalues(sums_.products(), surface.size, eigenvalues_[0].data(),
+                       eigenvalues_[1].data(), eigenvalues_[2].data());
   for (std::size_t i = 0; i < surface.size; ++i) {
-    saliency_[i] = 0.0F;
-    if (border_[i] != 0) continue;
-    const kernels::SphereMoments m = search_.moments(i, radius);
-    if (m.count < static_cast<float>(params_.min_neighbours)) continue;
-    const Vec3d e = eigenvalues_symmetric3(scatter(m));
-    if (!(e[1] < params_.gamma_21 * e[2]) || !(e[0] < params_.gamma_32 * e[1])) continue;
-    if (!(e[0] > kRounding * e[2])) continue;
-    const double saliency = params_.normalise ? e[0] / static_cast<double>(m.count) : e[0];
-    if (saliency > params_.min_third_eigenvalue_m2) saliency_[i] = static_cast<float>(saliency);
+    const auto value = [&](std::size_t k) { return static_cast<double>(eigenvalues_[k][i]); };
+    saliency_[i] = saliency(static_cast<double>(sums_.count()[i]), value(2), value(1), value(0));
+  }
+}
+
+void IssDetector::measure_plainly(const Surface& surface, double salient_radius_m) noexcept {
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    const Neighbourhood around = sums_.search().within(i, static_cast<float>(salient_radius_m));
+    const Vec3d own = surface.point(i).cast<double>();
+    Symmetric3 scatter;
+    for (const std::int32_t index : around.index) {
+      const Vec3d d = surface.point(static_cast<std::size_t>(index)).cast<double>() - own;
+      scatter.add(d.x(), d.y(), d.z());
+    }
+    const Vec3d e = eigen_symmetric3(scatter).values;
+    saliency_[i] = saliency(static_cast<double>(around.size()), e[2], e[1], e[0]);
   }
 }
 
@@ -114,7 +138,7 @@ Status IssDetector::detect(const Surface& surface, KeypointSet& keypoints) noexc
   const double non_max = params_.non_max_radius_m > 0.0 ? params_.non_max_radius_m
                                                         : kAutoNonMaxSpacings * surface.spacing_m;
   if (!(salient > 0.0) || !(non_max > 0.0)) return Error{Code::BadParameter, Stage::Keypoints, 0};
-  if (const Status built = search_.build(surface, salient); !built.ok()) {
+  if (const Status built = sums_.build(surface, salient); !built.ok()) {
     return Error{built.error().code, Stage::Keypoints, built.error().detail};
   }
   if (params_.border_radius_m > 0.0) {
@@ -122,21 +146,19 @@ Status IssDetector::detect(const Surface& surface, KeypointSet& keypoints) noexc
   } else {
     std::fill_n(border_.begin(), surface.size, std::uint8_t{0});
   }
-  measure_saliency(surface, salient);
-
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    const float own = saliency_[i];
-    if (!(own > 0.0F)) continue;
-    const Neighbourhood around = search_.within(i, static_cast<float>(non_max));
-    if (around.size() < static_cast<std::size_t>(params_.min_neighbours)) continue;
-    const bool beaten = std::any_of(
-        around.index.begin(), around.index.end(),
-        [&](std::int32_t index) { return own < saliency_[static_cast<std::size_t>(index)]; });
-    if (beaten) continue;
-    candidates_[count++] = {static_cast<std::int32_t>(i), own, static_cast<float>(salient)};
+  if (params_.engine == Engine::Fast) {
+    measure_fast(surface);
+  } else {
+    measure_plainly(surface, salient);
   }
-  keep_strongest(candidates_.first(count), keypoints);
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    if (border_[i] != 0) saliency_[i] = 0.0F;
+  }
+  const std::span<Keypoint> found =
+      maxima_.find(sums_.search(), saliency_.first(surface.size), std::numeric_limits<float>::min(),
+                   static_cast<float>(non_max), static_cast<std::size_t>(params_.min_neighbours));
+  for (Keypoint& keypoint : found) keypoint.scale_m = static_cast<float>(salient);
+  keep_strongest(found, keypoints);
   return {};
 }
 

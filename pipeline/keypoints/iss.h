@@ -1,16 +1,19 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "base/field.h"
-#include "pipeline/neighbours/neighbour_search.h"
+#include "pipeline/keypoints/maxima.h"
+#include "pipeline/neighbours/sphere_sums.h"
 #include "pipeline/stage.h"
 
 namespace grapnel {
 
 struct IssParams {
+  Engine engine = Engine::Fast;
   double salient_radius_m = 0.0;  ///< 0 = auto: 6 spacings, as PCL's example
   double non_max_radius_m = 0.0;  ///< 0 = auto: 4 spacings
   double gamma_21 = 0.975;        ///< largest ratio of second to first eigenvalue
@@ -41,14 +44,17 @@ class IssDetector final : public KeypointDetector {
   void find_borders(const Surface& surface) noexcept;
   [[nodiscard]] bool on_border(const Surface& surface, std::size_t point_i,
                                const Neighbourhood& around) noexcept;
-  void measure_saliency(const Surface& surface, double salient_radius_m) noexcept;
+  [[nodiscard]] float saliency(double count, double e1, double e2, double e3) const noexcept;
+  void measure_fast(const Surface& surface) noexcept;
+  void measure_plainly(const Surface& surface, double salient_radius_m) noexcept;
 
   IssParams params_;
-  NeighbourSearch search_;
+  SphereSums sums_;
+  LocalMaxima maxima_;
   std::span<float> saliency_;
-  std::span<std::uint8_t> edge_, border_;  ///< on a border; near one
+  std::array<std::span<float>, 3> eigenvalues_;  ///< ascending
+  std::span<std::uint8_t> edge_, border_;        ///< on a border; near one
   std::span<float> angles_;
-  std::span<Keypoint> candidates_;
 };
 
 }  // namespace grapnel

@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/error.h"
+#include "pipeline/kernels/window_sums.h"
 #include "pipeline/limits.h"
 #include "pipeline/neighbours/cell_index.h"
 #include "pipeline/neighbours/symmetric3.h"
@@ -46,11 +47,30 @@ class NeighbourSearch {
   /// to a neighbourhood's scatter. Float: right to about 1e-6 of the largest product.
   [[nodiscard]] kernels::SphereMoments moments(std::size_t point_i, float radius_m) const noexcept;
 
+  /// The same of normals less `about`, given in the search's order (point_at): their number, sums
+  /// and sums of products.
+  [[nodiscard]] kernels::SphereMoments normal_moments(std::size_t point_i, float radius_m,
+                                                      const kernels::NormalPlanes& normals,
+                                                      const Vec3f& about) const noexcept;
+
+  /// Whether a point within `radius_m` of point `point_i` has a value above `own`; `values` in the
+  /// search's order with kernels::kSlack elements behind. Stops at the first one.
+  [[nodiscard]] bool exceeded(std::size_t point_i, float radius_m, const float* values,
+                              float own) const noexcept;
+
+  /// The search's order: index of the point at a position, 0…size - 1. Neighbours lie near.
+  [[nodiscard]] std::size_t point_at(std::size_t position) const noexcept {
+    return on_grid_ ? position
+                    : static_cast<std::size_t>(cells_.point(static_cast<std::int32_t>(position)));
+  }
+
   /// Keeps `count` of the last neighbours, spread evenly over their list in place of cutting its
   /// end. The list itself when it is not longer.
   [[nodiscard]] Neighbourhood thin(Neighbourhood found, std::size_t count) noexcept;
 
   [[nodiscard]] bool uses_grid() const noexcept { return on_grid_; }
+  /// How far the grid's points lie from their pixels' centres; uses_grid() only.
+  [[nodiscard]] double grid_slack_px() const noexcept { return window_.slack_px(); }
 
  private:
   void copy_points(const Surface& surface) noexcept;

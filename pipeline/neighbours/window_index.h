@@ -30,6 +30,9 @@ class WindowIndex {
     return {before[window.left], before[window.right + 1]};
   }
 
+  /// Largest distance of a point from its pixel's centre along a row or a column.
+  [[nodiscard]] double slack_px() const noexcept { return static_cast<double>(slack_px_); }
+
  private:
   std::span<std::int32_t> before_;  ///< points before each pixel, row by row, one more at the end
   int width_ = 0;

@@ -1,0 +1,194 @@
+// Harris 3D against PCL's, which states no numbers of its own: every response at every point, the
+// keypoints, and the refined corners.
+#include <gtest/gtest.h>
+#include <pcl/features/normal_3d.h>
+#include <pcl/keypoints/harris_3d.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "pipeline/keypoints/harris3d.h"
+#include "pipeline/preprocess/normals.h"
+#include "tests/parity/pcl/clouds.h"
+#include "tests/support/recorded_data.h"
+
+namespace grapnel {
+namespace {
+
+using PclHarris = pcl::HarrisKeypoint3D<pcl::PointXYZ, pcl::PointXYZI, pcl::Normal>;
+
+struct Kind {
+  std::string name;
+  HarrisResponse ours;
+  PclHarris::ResponseMethod theirs;
+};
+
+PclHarris::ResponseMethod method_of(HarrisResponse response) {
+  switch (response) {
+    case HarrisResponse::Harris:
+      return PclHarris::HARRIS;
+    case HarrisResponse::Noble:
+      return PclHarris::NOBLE;
+    case HarrisResponse::Lowe:
+      return PclHarris::LOWE;
+    case HarrisResponse::Tomasi:
+      return PclHarris::TOMASI;
+    case HarrisResponse::Curvature:
+      break;
+  }
+  return PclHarris::CURVATURE;
+}
+
+/// Both libraries' results on one cloud with the same normals.
+struct Both {
+  pcl::PointCloud<pcl::PointXYZI> theirs;
+  std::vector<int> their_points;
+  HarrisDetector detector;
+  KeypointSet ours;
+  test::ArenaMemory memory;
+
+  Both(Surface& surface, const HarrisParams& params)
+      : detector(params), memory([&](Arena& arena) {
+          detector.reserve(arena, test::limits_for(surface));
+          ours = KeypointSet(arena.take<Keypoint>(surface.size));
+        }) {
+    EXPECT_TRUE(detector.detect(surface, ours).ok());
+    PclHarris harris(method_of(params.response), static_cast<float>(params.radius_m),
+                     static_cast<float>(params.threshold));
+    harris.setNonMaxSupression(params.suppress);
+    harris.setRefine(params.refine);
+    harris.setNumberOfThreads(1);
+    const auto cloud = test::pcl_points(surface);
+    auto normals = test::pcl_normals(surface);
+    if (params.response == HarrisResponse::Curvature) {
+      pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+      estimation.setInputCloud(cloud);
+      estimation.setRadiusSearch(params.radius_m);
+      estimation.compute(*normals);
+    }
+    harris.setInputCloud(cloud);
+    harris.setNormals(normals);
+    harris.compute(theirs);
+    for (const int index : harris.getKeypointsIndices()->indices) their_points.push_back(index);
+  }
+};
+
+void add_normals(Surface& surface, double radius_m) {
+  PcaNormalsParams params;
+  params.radius_m = radius_m;
+  PcaNormals normals(params);
+  const test::ArenaMemory memory(
+      [&](Arena& arena) { normals.reserve(arena, test::limits_for(surface)); });
+  ASSERT_TRUE(normals.estimate(surface).ok());
+}
+
+struct Case {
+  HarrisResponse response;
+  Engine engine;
+};
+
+class HarrisAgainstPcl : public testing::TestWithParam<Case> {
+ protected:
+  HarrisParams params(double radius_m, bool suppress) const {
+    HarrisParams params;
+    params.engine = GetParam().engine;
+    params.response = GetParam().response;
+    params.radius_m = radius_m;
+    params.threshold = suppress ? 1e-4 : -1.0;
+    params.suppress = suppress;
+    params.refine = false;
+    return params;
+  }
+
+  void expect_equal_responses(Surface& surface, double radius_m) const {
+    const Both both(surface, params(radius_m, false));
+    ASSERT_EQ(both.theirs.size(), surface.size);
+    // PCL sums products of unit vectors in single precision; so does the fast engine. Its smallest
+    // eigenvalue comes from the cubic's roots in single precision, good to a few 1e-5 of the trace.
+    const double tolerance = GetParam().response == HarrisResponse::Tomasi ? 5e-5 : 2e-6;
+    for (std::size_t i = 0; i < surface.size; ++i) {
+      ASSERT_NEAR(both.detector.responses()[i], both.theirs[i].intensity, tolerance) << i;
+    }
+  }
+
+  void expect_equal_keypoints(Surface& surface, double radius_m) const {
+    Both both(surface, params(radius_m, true));
+    std::vector<int> ours;
+    for (const Keypoint& keypoint : both.ours) ours.push_back(keypoint.point);
+    std::sort(both.their_points.begin(), both.their_points.end());
+    std::vector<int> common;
+    std::set_intersection(ours.begin(), ours.end(), both.their_points.begin(),
+                          both.their_points.end(), std::back_inserter(common));
+    EXPECT_GE(common.size(), 5U);
+    // Two neighbours whose responses are equal to single precision may change places.
+    const std::size_t most = std::max(ours.size(), both.their_points.size());
+    EXPECT_GE(common.size() + std::max<std::size_t>(2, most * 3 / 100), most);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(EveryResponse, HarrisAgainstPcl,
+                         testing::Values(Case{HarrisResponse::Harris, Engine::Fast},
+                                         Case{HarrisResponse::Noble, Engine::Fast},
+                                         Case{HarrisResponse::Lowe, Engine::Fast},
+                                         Case{HarrisResponse::Tomasi, Engine::Fast},
+                                         Case{HarrisResponse::Curvature, Engine::Fast},
+                                         Case{HarrisResponse::Harris, Engine::Reference},
+                                         Case{HarrisResponse::Noble, Engine::Reference},
+                                         Case{HarrisResponse::Lowe, Engine::Reference},
+                                         Case{HarrisResponse::Tomasi, Engine::Reference},
+                                         Case{HarrisResponse::Curvature, Engine::Reference}));
+
+TEST_P(HarrisAgainstPcl, RespondsAlikeOnABumpyBall) {
+  test::OwnedSurface ball = test::bumpy_ball(3000, 0.2);
+  add_normals(*ball, 3.0 * ball->spacing_m);
+  expect_equal_responses(*ball, 4.0 * ball->spacing_m);
+  expect_equal_keypoints(*ball, 4.0 * ball->spacing_m);
+}
+
+TEST_P(HarrisAgainstPcl, RespondsAlikeOnACamerasGrid) {
+  test::OwnedSurface grid = test::wavy_grid(80, 60, 3);
+  add_normals(*grid, 4.0 * grid->spacing_m);
+  expect_equal_responses(*grid, 5.0 * grid->spacing_m);
+  expect_equal_keypoints(*grid, 5.0 * grid->spacing_m);
+}
+
+TEST_P(HarrisAgainstPcl, RespondsAlikeOnTheBunny) {
+  test::OwnedSurface bunny = test::recorded_surface("pcl_test/bun0.pcd");
+  if (bunny->size == 0) GTEST_SKIP() << test::kNoRecordedData;
+  add_normals(*bunny, 0.02);
+  expect_equal_responses(*bunny, 0.02);
+  expect_equal_keypoints(*bunny, 0.02);
+}
+
+TEST_P(HarrisAgainstPcl, RespondsAlikeOnTheMilkCarton) {
+  test::OwnedSurface milk = test::recorded_surface("pcl_test/milk.pcd");
+  if (milk->size == 0) GTEST_SKIP() << test::kNoRecordedData;
+  add_normals(*milk, 0.006);
+  expect_equal_responses(*milk, 0.01);
+  expect_equal_keypoints(*milk, 0.01);
+}
+
+TEST(HarrisAgainstPcl, RefinesTheSameCorners) {
+  test::OwnedSurface ball = test::bumpy_ball(3000, 0.2);
+  add_normals(*ball, 3.0 * ball->spacing_m);
+  HarrisParams params;
+  params.radius_m = 4.0 * ball->spacing_m;
+  params.threshold = 1e-4;
+  const Both both(*ball, params);
+  ASSERT_EQ(both.ours.size(), both.their_points.size());
+  for (std::size_t k = 0; k < both.ours.size(); ++k) {
+    const auto theirs =
+        std::find(both.their_points.begin(), both.their_points.end(), both.ours[k].point);
+    ASSERT_NE(theirs, both.their_points.end());
+    const auto at = static_cast<std::size_t>(theirs - both.their_points.begin());
+    const Vec3f place =
+        ball->point(static_cast<std::size_t>(both.ours[k].point)) + both.ours[k].offset_m;
+    // PCL solves in single precision, its condition up to 1e4: 1e-7 * 1e4 of 0.2 m at worst.
+    EXPECT_LT((place - both.theirs[at].getVector3fMap()).norm(), 2e-4F);
+  }
+}
+
+}  // namespace
+}  // namespace grapnel
