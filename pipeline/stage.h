@@ -93,6 +93,14 @@ class ClosestSurface {
   /// else -1.
   [[nodiscard]] virtual std::int32_t closest(const Vec3f& p,
                                              float max_distance_m) const noexcept = 0;
+  /// The same for many points, -1 = none. A point named may lie farther than `max_distance_m`.
+  /// The arrays hold the next multiple of eight elements.
+  virtual void closest_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                               float max_distance_m, std::int32_t* found) const noexcept {
+    for (std::size_t i = 0; i < count; ++i) {
+      found[i] = closest(Vec3f(x[i], y[i], z[i]), max_distance_m);
+    }
+  }
 };
 
 /// Moves a start pose to the nearest optimum. Errors: RefinementDiverged.

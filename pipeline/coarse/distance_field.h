@@ -7,6 +7,7 @@
 
 #include "base/arena.h"
 #include "base/geometry.h"
+#include "pipeline/kernels/pose_rating.h"
 #include "pipeline/refine/closest_point_table.h"
 #include "pipeline/surface.h"
 
@@ -24,14 +25,12 @@ class DistanceField {
   void build(const Surface& surface, const ClosestPointTable& table, double margin_m,
              double reach_m) noexcept;
 
-  /// 1 on the surface, falling with the square of the distance to 0 at `reach_m`.
-  [[nodiscard]] float closeness(const Vec3f& p) const noexcept {
-    const Vec3f place = (p - origin_) * per_metre_;
-    if (!(place.minCoeff() >= 0.0F && place.maxCoeff() < static_cast<float>(kSide))) return 0.0F;
-    const int x = static_cast<int>(place.x());
-    const int y = static_cast<int>(place.y());
-    const int z = static_cast<int>(place.z());
-    return worth_[values_[static_cast<std::size_t>((z * kSide + y) * kSide + x)]];
+  /// For kernels: a level for each voxel, whose worth is 1 on the surface and falls with the square
+  /// of the distance to 0 at `reach_m`.
+  [[nodiscard]] kernels::LevelField levels() const noexcept {
+    return {{{origin_.x(), origin_.y(), origin_.z()}, per_metre_, {kSide, kSide, kSide}},
+            values_.data(),
+            worth_.data()};
   }
   [[nodiscard]] bool built() const noexcept { return per_metre_ > 0.0F; }
 

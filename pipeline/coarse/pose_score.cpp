@@ -1,7 +1,8 @@
 #include "pipeline/coarse/pose_score.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "pipeline/kernels/pose_rating.h"
 
 namespace grapnel {
 namespace {
@@ -15,40 +16,34 @@ constexpr float kNoReading = 0.3F;
 constexpr float kCosNormal = 0.7F;
 constexpr float kCosFacing = 0.17F;
 
-/// 1 at no distance, 0 at the tolerance.
-float closeness(float distance_m, float tolerance_m) noexcept {
-  const float ratio = distance_m / tolerance_m;
-  return std::max(0.0F, 1.0F - ratio * ratio);
+kernels::OrientedPlanes planes_of(const SampleSet& samples) noexcept {
+  return {samples.x.data(),  samples.y.data(),  samples.z.data(),
+          samples.nx.data(), samples.ny.data(), samples.nz.data()};
 }
 
-double share_on_surface(const SampleSet& samples, const Eigen::Matrix3f& rotation,
-                        const Vec3f& shift, const ClosestPointTable& table, const Surface& surface,
-                        float tolerance_m, std::size_t count) noexcept {
-  float sum = 0.0F;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3f p = rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift;
-    const std::int32_t found = table.nearby(p);
-    if (found < 0) continue;
-    const auto partner = static_cast<std::size_t>(found);
-    const float distance = (surface.point(partner) - p).norm();
-    if (distance >= tolerance_m) continue;
-    const Vec3f normal = rotation * Vec3f(samples.nx[i], samples.ny[i], samples.nz[i]);
-    if (normal.squaredNorm() > 0.5F && normal.dot(surface.normal(partner)) < kCosNormal) continue;
-    sum += closeness(distance, tolerance_m);
-  }
-  return count == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(count);
+double share_on_surface(const SampleSet& samples, const Pose& pose, const ClosestPointTable& table,
+                        const Surface& surface, float tolerance_m, std::size_t count) noexcept {
+  if (count == 0) return 0.0;
+  const kernels::NamedSurface named{table.voxels(),
+                                    table.named(),
+                                    {surface.x.data(), surface.y.data(), surface.z.data(),
+                                     surface.nx.data(), surface.ny.data(), surface.nz.data()}};
+  const float sum = kernels::rate_on_surface(planes_of(samples), count, kernels::motion_of(pose),
+                                             named, tolerance_m, kCosNormal);
+  return static_cast<double>(sum) / static_cast<double>(count);
 }
 
 }  // namespace
 
 void SampleSet::reserve(Arena& arena, std::size_t max_samples) {
   for (std::span<float>* plane : {&x, &y, &z, &nx, &ny, &nz}) {
-    *plane = arena.take<float>(max_samples);
+    *plane = arena.take<float>(kernels::in_lanes(max_samples));
   }
+  capacity_ = max_samples;
 }
 
 void SampleSet::draw(const Surface& surface, Rng rng) noexcept {
-  size = std::min(x.size(), surface.size);
+  size = std::min(capacity_, surface.size);
   for (std::size_t k = 0; k < size; ++k) {
     // One of each of `size` equal stretches, the stretches visited in a scattered order.
     const std::size_t stretch = (k * 2654435761U) % size;
@@ -66,62 +61,34 @@ void SampleSet::draw(const Surface& surface, Rng rng) noexcept {
 
 double PoseScore::seen_share(const Pose& pose, std::size_t max_samples) const noexcept {
   const DepthView& view = *scene_.view;
-  const SampleSet& samples = *model_.samples;
-  const Eigen::Matrix3f rotation = pose.linear().cast<float>();
-  const Vec3f shift = pose.translation().cast<float>();
-  const auto fx = static_cast<float>(view.intrinsics.fx);
-  const auto fy = static_cast<float>(view.intrinsics.fy);
-  const auto cx = static_cast<float>(view.intrinsics.cx) + 0.5F;
-  const auto cy = static_cast<float>(view.intrinsics.cy) + 0.5F;
-  const auto width = static_cast<float>(view.depth.width);
-  const auto height = static_cast<float>(view.depth.height);
-  float facing = 0.0F;
-  float worth = 0.0F;
-  const std::size_t count = std::min(max_samples, samples.size);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3f p = rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift;
-    const Vec3f normal = rotation * Vec3f(samples.nx[i], samples.ny[i], samples.nz[i]);
-    const float toward = -normal.dot(p);
-    if (toward <= 0.0F || p.z() <= 0.0F) continue;
-    const float range_square = p.squaredNorm();
-    if (toward * toward < kCosFacing * kCosFacing * range_square) continue;
-    const float cosine = toward / std::sqrt(range_square);
-    facing += cosine;
-    const float u = fx * p.x() / p.z() + cx;
-    const float v = fy * p.y() / p.z() + cy;
-    if (!(u >= 0.0F && v >= 0.0F && u < width && v < height)) {
-      worth -= kNoReading * cosine;
-      continue;
-    }
-    const int pixel_u = static_cast<int>(u);
-    const int pixel_v = static_cast<int>(v);
-    const float z = view.z_m(pixel_u, pixel_v);
-    if (!(z > 0.0F)) {
-      worth -= kNoReading * cosine;
-      continue;
-    }
-    // Distance of the measured point from the sample's tangent plane, positive behind it.
-    const float off = (z - p.z()) * cosine;
-    const bool foreground = !view.background(pixel_u, pixel_v);
-    if (std::fabs(off) < tolerance_m_) {
-      if (foreground) worth += cosine * closeness(off, tolerance_m_);
-    } else {
-      worth -= cosine * (off > 0.0F ? kSeenThrough : kHidden);
-    }
+  kernels::DepthPixels pixels;
+  pixels.depth = view.depth.row(0);
+  pixels.depth_stride = static_cast<std::size_t>(view.depth.stride);
+  if (!view.label.empty()) {
+    pixels.label = view.label.row(0);
+    pixels.label_stride = static_cast<std::size_t>(view.label.stride);
   }
-  return facing > 0.0F ? static_cast<double>(worth / facing) : -1.0;
+  pixels.width = view.depth.width;
+  pixels.height = view.depth.height;
+  pixels.metres_per_unit = view.metres_per_unit;
+  pixels.fx = static_cast<float>(view.intrinsics.fx);
+  pixels.fy = static_cast<float>(view.intrinsics.fy);
+  pixels.cx = static_cast<float>(view.intrinsics.cx) + 0.5F;
+  pixels.cy = static_cast<float>(view.intrinsics.cy) + 0.5F;
+  const kernels::SightLaw law{tolerance_m_, kCosFacing, kNoReading, kHidden, kSeenThrough};
+  const kernels::Sight sight =
+      kernels::rate_sight(planes_of(*model_.samples), std::min(max_samples, model_.samples->size),
+                          kernels::motion_of(pose), pixels, law);
+  return sight.facing > 0.0F ? static_cast<double>(sight.worth / sight.facing) : -1.0;
 }
 
 double PoseScore::met_share(const Pose& pose, std::size_t max_samples) const noexcept {
-  return share_on_surface(*model_.samples, pose.linear().cast<float>(),
-                          pose.translation().cast<float>(), *scene_.table, *scene_.surface,
-                          tolerance_m_, std::min(max_samples, model_.samples->size));
+  return share_on_surface(*model_.samples, pose, *scene_.table, *scene_.surface, tolerance_m_,
+                          std::min(max_samples, model_.samples->size));
 }
 
 double PoseScore::explained_share(const Pose& pose, std::size_t max_samples) const noexcept {
-  const Pose inverse = pose.inverse();
-  return share_on_surface(*scene_.samples, inverse.linear().cast<float>(),
-                          inverse.translation().cast<float>(), *model_.table, *model_.surface,
+  return share_on_surface(*scene_.samples, pose.inverse(), *model_.table, *model_.surface,
                           tolerance_m_, std::min(max_samples, scene_.samples->size));
 }
 
@@ -147,17 +114,12 @@ Pose PoseScore::slid(const Pose& target_from_source, std::size_t max_samples) co
 }
 
 double PoseScore::near_share(const Pose& pose, std::size_t max_samples) const noexcept {
-  const Pose inverse = pose.inverse();
-  const Eigen::Matrix3f rotation = inverse.linear().cast<float>();
-  const Vec3f shift = inverse.translation().cast<float>();
   const SampleSet& samples = *scene_.samples;
   const std::size_t count = std::min(max_samples, samples.size);
-  float sum = 0.0F;
-  for (std::size_t i = 0; i < count; ++i) {
-    sum +=
-        model_.field->closeness(rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift);
-  }
-  return count == 0 ? 0.0 : static_cast<double>(sum) / static_cast<double>(count);
+  if (count == 0) return 0.0;
+  const float sum = kernels::rate_in_field(
+      planes_of(samples), count, kernels::motion_of(pose.inverse()), model_.field->levels());
+  return static_cast<double>(sum) / static_cast<double>(count);
 }
 
 double PoseScore::glance(const Pose& target_from_source, std::size_t max_samples,

@@ -23,6 +23,9 @@ struct SampleSet {
   void reserve(Arena& arena, std::size_t max_samples);
   /// Takes up to the capacity, spread at random.
   void draw(const Surface& surface, Rng rng) noexcept;
+
+ private:
+  std::size_t capacity_ = 0;  // the planes are longer, by what kernels may read
 };
 
 /// Quick worth of a pose, by both surfaces' samples: what the camera should see of the model and

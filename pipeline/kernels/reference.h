@@ -7,7 +7,9 @@
 #include "pipeline/kernels/depth_rows.h"
 #include "pipeline/kernels/nearest.h"
 #include "pipeline/kernels/pair_features.h"
+#include "pipeline/kernels/pose_rating.h"
 #include "pipeline/kernels/spin_cells.h"
+#include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/kernels/within.h"
 
 namespace grapnel::kernels::reference {
@@ -41,5 +43,27 @@ void spin_votes(const OrientedPlanes& points, const SpinFrame& frame,
 
 void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
                  NearestTwo* found) noexcept;
+
+void move_block(const Motion& motion, PointBlock& block) noexcept;
+
+void find_voxels(const VoxelShape& shape, const float* x, const float* y, const float* z,
+                 std::size_t count, std::int32_t* voxel) noexcept;
+
+void add_plane_pairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                     PlaneSums& sums) noexcept;
+
+void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                     PointSums& sums) noexcept;
+
+[[nodiscard]] Sight rate_sight(const OrientedPlanes& samples, std::size_t count,
+                               const Motion& motion, const DepthPixels& pixels,
+                               const SightLaw& law) noexcept;
+
+[[nodiscard]] float rate_on_surface(const OrientedPlanes& samples, std::size_t count,
+                                    const Motion& motion, const NamedSurface& surface,
+                                    float tolerance_m, float cos_normal) noexcept;
+
+[[nodiscard]] float rate_in_field(const OrientedPlanes& samples, std::size_t count,
+                                  const Motion& motion, const LevelField& field) noexcept;
 
 }  // namespace grapnel::kernels::reference

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/assert.h"
+#include "pipeline/kernels/surface_pairs.h"
 
 namespace grapnel {
 namespace {
@@ -156,6 +157,18 @@ std::int32_t ClosestPointTable::nearby(const Vec3f& p) const noexcept {
   const int y = static_cast<int>(place.y());
   const int z = static_cast<int>(place.z());
   return nearest_[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)];
+}
+
+kernels::VoxelShape ClosestPointTable::voxels() const noexcept {
+  return {{origin_.x(), origin_.y(), origin_.z()}, per_metre_, {size_[0], size_[1], size_[2]}};
+}
+
+void ClosestPointTable::nearby_of_each(const float* x, const float* y, const float* z,
+                                       std::size_t count, std::int32_t* found) const noexcept {
+  kernels::find_voxels(voxels(), x, y, z, count, found);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (found[i] >= 0) found[i] = nearest_[static_cast<std::size_t>(found[i])];
+  }
 }
 
 std::int32_t ClosestPointTable::closest(const Vec3f& p, float max_distance_m) const noexcept {

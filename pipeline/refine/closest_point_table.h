@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/arena.h"
+#include "pipeline/kernels/moved.h"
 #include "pipeline/stage.h"
 #include "pipeline/surface.h"
 
@@ -29,6 +30,14 @@ class ClosestPointTable final : public ClosestSurface {
   /// The candidate of the voxel that holds `p`, one look-up; its distance is not checked. -1
   /// outside of the grid.
   [[nodiscard]] std::int32_t nearby(const Vec3f& p) const noexcept;
+
+  /// The same for many points. The arrays hold the next multiple of eight elements.
+  void nearby_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                      std::int32_t* found) const noexcept;
+
+  /// For kernels: the voxels, and the point that each names.
+  [[nodiscard]] kernels::VoxelShape voxels() const noexcept;
+  [[nodiscard]] const std::uint16_t* named() const noexcept { return nearest_.data(); }
 
   [[nodiscard]] double voxel_m() const noexcept { return voxel_m_; }
 

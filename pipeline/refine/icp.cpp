@@ -7,6 +7,7 @@
 
 #include "base/math.h"
 #include "pipeline/coarse/kabsch.h"
+#include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/refine/normal_equations.h"
 
 namespace grapnel {
@@ -17,48 +18,83 @@ constexpr std::uint32_t kFewestPartners = 12;
 
 struct Partners {
   NormalEquations planes;
-  PointPairSums points;
+  PointPairSums points;  ///< less the centre
   double square_sum = 0.0;
   std::uint32_t count = 0;
 };
 
-struct Gate {
-  double distance_m = 0.0;
-  double kernel_m = 0.0;
-  double cos_normal = 0.0;
-};
+double total(const float (&parts)[kernels::kLanes]) noexcept {
+  return static_cast<double>(kernels::fold_lanes(parts));
+}
+
+/// The next points, every `step`-th from `first`, filled up to whole lanes; returns where to go on.
+std::size_t take_block(const Surface& moving, std::size_t first, std::size_t step,
+                       kernels::PointBlock& block) noexcept {
+  std::size_t k = 0;
+  std::size_t i = first;
+  for (; i < moving.size && k < kernels::kBlockPoints; i += step, ++k) {
+    block.x[k] = moving.x[i];
+    block.y[k] = moving.y[i];
+    block.z[k] = moving.z[i];
+    block.nx[k] = moving.nx[i];
+    block.ny[k] = moving.ny[i];
+    block.nz[k] = moving.nz[i];
+  }
+  block.size = k;
+  for (; k < kernels::in_lanes(block.size); ++k) {
+    for (float* plane : {block.x, block.y, block.z, block.nx, block.ny, block.nz}) {
+      plane[k] = plane[block.size - 1];
+    }
+  }
+  return i;
+}
+
+void add_planes(const kernels::PointBlock& block, const kernels::OrientedPlanes& fixed,
+                const kernels::PairGate& gate, Partners& partners) noexcept {
+  kernels::PlaneSums parts{};
+  kernels::add_plane_pairs(block, fixed, gate, parts);
+  double upper[21];
+  double gradient[6];
+  for (int k = 0; k < 21; ++k) upper[k] = total(parts.sum[k]);
+  for (int a = 0; a < 6; ++a) gradient[a] = total(parts.sum[21 + a]);
+  partners.planes.add_sums(upper, gradient, total(parts.sum[27]), total(parts.sum[28]));
+  partners.square_sum += total(parts.sum[29]);
+  partners.count += static_cast<std::uint32_t>(total(parts.sum[30]));
+}
+
+void add_points(const kernels::PointBlock& block, const kernels::OrientedPlanes& fixed,
+                const kernels::PairGate& gate, Partners& partners) noexcept {
+  kernels::PointSums parts{};
+  kernels::add_point_pairs(block, fixed, gate, parts);
+  partners.points.weight += total(parts.sum[0]);
+  for (int a = 0; a < 3; ++a) {
+    partners.points.source[a] += total(parts.sum[1 + a]);
+    partners.points.target[a] += total(parts.sum[4 + a]);
+    for (int b = 0; b < 3; ++b) partners.points.cross(a, b) += total(parts.sum[7 + 3 * a + b]);
+  }
+  partners.square_sum += total(parts.sum[16]);
+  partners.count += static_cast<std::uint32_t>(total(parts.sum[17]));
+}
 
 /// Collects the partners of every `step`-th moving point at this pose.
 void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& closest,
-             const Pose& pose, std::size_t step, const Gate& gate, bool plane,
+             const Pose& pose, std::size_t step, const kernels::PairGate& gate, bool plane,
              Partners& partners) noexcept {
-  const Eigen::Matrix3f rotation = pose.linear().cast<float>();
-  const Vec3f shift = pose.translation().cast<float>();
-  const double kernel_square = gate.kernel_m * gate.kernel_m;
-  for (std::size_t i = 0; i < moving.size; i += step) {
-    const Vec3f x = rotation * moving.point(i) + shift;
-    const std::int32_t found = closest.closest(x, static_cast<float>(gate.distance_m));
-    if (found < 0) continue;
-    const auto partner = static_cast<std::size_t>(found);
-    if (!fixed.has_normal(partner)) continue;
-    const Vec3f normal = fixed.normal(partner);
-    if (moving.has_normal(i) &&
-        (rotation * moving.normal(i)).dot(normal) < static_cast<float>(gate.cos_normal)) {
-      continue;
-    }
-    const Vec3d xd = x.cast<double>();
-    const Vec3d q = fixed.point(partner).cast<double>();
-    const double residual = normal.cast<double>().dot(xd - q);
-    const double error_square = plane ? residual * residual : (xd - q).squaredNorm();
-    const double root = kernel_square / (kernel_square + error_square);
-    const double weight = root * root;
+  const kernels::Motion motion = kernels::motion_of(pose);
+  const kernels::OrientedPlanes surface{fixed.x.data(),  fixed.y.data(),  fixed.z.data(),
+                                        fixed.nx.data(), fixed.ny.data(), fixed.nz.data()};
+  const float max_distance_m = std::sqrt(gate.max_square_m2);
+  kernels::PointBlock block;
+  for (std::size_t first = 0; first < moving.size;) {
+    first = take_block(moving, first, step, block);
+    kernels::move_block(motion, block);
+    closest.closest_of_each(block.x, block.y, block.z, block.size, max_distance_m, block.partner);
+    std::fill(block.partner + block.size, block.partner + kernels::in_lanes(block.size), -1);
     if (plane) {
-      partners.planes.add(normal.cast<double>(), xd, residual, weight);
+      add_planes(block, surface, gate, partners);
     } else {
-      partners.points.add(xd, q, weight);
+      add_points(block, surface, gate, partners);
     }
-    partners.square_sum += error_square;
-    ++partners.count;
   }
 }
 
@@ -112,11 +148,18 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
 
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
-  Gate gate{start_m, 0.0, math::cos(params_.max_normal_angle_rad)};
+  double distance_m = start_m;
+  kernels::PairGate gate;
+  gate.cos_normal = static_cast<float>(math::cos(params_.max_normal_angle_rad));
   for (int iteration = 0; iteration < params_.max_iterations; ++iteration) {
-    gate.kernel_m = 0.5 * gate.distance_m;
     const Pose& pose = result.target_from_source;
-    Partners partners{NormalEquations(pose * centre), {}, 0.0, 0};
+    const Vec3d middle = pose * centre;
+    gate.max_square_m2 = static_cast<float>(distance_m * distance_m);
+    gate.kernel_square_m2 = 0.25F * gate.max_square_m2;
+    for (int axis = 0; axis < 3; ++axis) gate.centre[axis] = static_cast<float>(middle[axis]);
+    const Vec3d rounded(static_cast<double>(gate.centre[0]), static_cast<double>(gate.centre[1]),
+                        static_cast<double>(gate.centre[2]));
+    Partners partners{NormalEquations(rounded), {}, 0.0, 0};
     pair_up(moving, fixed, closest, pose, step, gate, plane, partners);
     if (partners.count < kFewestPartners) {
       return Error{Code::RefinementDiverged, Stage::Refine,
@@ -134,16 +177,17 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
       shift_m = update.head<3>().norm();
       turn_rad = update.tail<3>().norm();
     } else {
-      const Pose update = best_rigid_motion(partners.points);
-      shift_m = (update * (pose * centre) - pose * centre).norm();
+      const Pose update = Eigen::Translation3d(rounded) * best_rigid_motion(partners.points) *
+                          Eigen::Translation3d(-rounded);
+      shift_m = (update * middle - middle).norm();
       turn_rad = rotation_angle_rad(update, Pose::Identity());
       result.target_from_source = update * pose;
     }
-    const bool annealed = gate.distance_m <= end_m * 1.0001;
+    const bool annealed = distance_m <= end_m * 1.0001;
     result.converged =
         annealed && shift_m <= params_.convergence_m && turn_rad <= params_.convergence_rad;
     if (result.converged) break;
-    gate.distance_m = std::max(end_m, gate.distance_m * shrink);
+    distance_m = std::max(end_m, distance_m * shrink);
   }
   if (!result.target_from_source.matrix().allFinite()) {
     return Error{Code::RefinementDiverged, Stage::Refine, 0};

@@ -1,5 +1,6 @@
 #include "pipeline/refine/normal_equations.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,13 @@ Vec6d NormalEquations::solve(double freeze_ratio) const noexcept {
   Vec6d right;
   for (int a = 0; a < 6; ++a) right[a] = -gradient_[a] * scale[a];
 
+  // No eigenvalue exceeds the largest row sum: where the matrix stays positive definite with that
+  // share of it taken off the diagonal, no direction is left alone.
+  const double bound = scaled.cwiseAbs().rowwise().sum().maxCoeff();
+  const Mat6d reduced = scaled - Mat6d(freeze_ratio * bound * Mat6d::Identity());
+  if (Eigen::LLT<Mat6d>(reduced).info() == Eigen::Success) {
+    return scale.asDiagonal() * Eigen::LLT<Mat6d>(scaled).solve(right);
+  }
   const Eigen::SelfAdjointEigenSolver<Mat6d> solver(scaled);
   const double smallest_kept = freeze_ratio * solver.eigenvalues()[5];
   Vec6d step = Vec6d::Zero();

@@ -24,6 +24,16 @@ class NormalEquations {
     weight_ += weight;
   }
 
+  /// Adds sums made elsewhere, about the same centre: the upper triangle of Σ w J Jᵀ row by row,
+  /// Σ w J residual, Σ w lever² and Σ w.
+  void add_sums(const double (&upper)[21], const double (&gradient)[6], double arm_square,
+                double weight) noexcept {
+    for (int k = 0; k < 21; ++k) upper_[k] += upper[k];
+    for (int a = 0; a < 6; ++a) gradient_[a] += gradient[a];
+    arm_square_ += arm_square;
+    weight_ += weight;
+  }
+
   /// The step (δt, δω). Lengths and angles are made comparable by the points' mean distance from
   /// the centre; directions whose eigenvalue is below `freeze_ratio` of the largest are left alone.
   [[nodiscard]] Vec6d solve(double freeze_ratio) const noexcept;

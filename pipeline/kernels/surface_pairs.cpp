@@ -1,0 +1,188 @@
+#include "pipeline/kernels/surface_pairs.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pipeline/kernels/surface_pairs.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "pipeline/kernels/moved-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace grapnel {
+namespace kernels {
+namespace HWY_NAMESPACE {
+
+void MoveBlock(const Motion& motion, PointBlock& block) {
+  const Floats d;
+  const MotionVectors m(motion);
+  for (std::size_t i = 0; i < in_lanes(block.size); i += hn::Lanes(d)) {
+    const Vec3 p = m.Move(Load3(block.x + i, block.y + i, block.z + i));
+    const Vec3 n = m.Rotate(Load3(block.nx + i, block.ny + i, block.nz + i));
+    hn::StoreU(p.x, d, block.x + i);
+    hn::StoreU(p.y, d, block.y + i);
+    hn::StoreU(p.z, d, block.z + i);
+    hn::StoreU(n.x, d, block.nx + i);
+    hn::StoreU(n.y, d, block.ny + i);
+    hn::StoreU(n.z, d, block.nz + i);
+  }
+}
+
+void FindVoxels(const VoxelShape& shape, const float* x, const float* y, const float* z,
+                std::size_t count, std::int32_t* voxel) {
+  const Floats d;
+  for (std::size_t i = 0; i < in_lanes(count); i += hn::Lanes(d)) {
+    hn::StoreU(VoxelOf(shape, Load3(x + i, y + i, z + i)), Ints(), voxel + i);
+  }
+}
+
+/// Some pairs at once: what both error measures need.
+struct Pairs {
+  Vec3 source, target, difference, source_normal, target_normal;
+  VF distance_square;
+  hn::Mask<Floats> counts;      ///< near, and the normals agree where both are
+  hn::Mask<Floats> on_surface;  ///< the partner has a normal
+};
+
+HWY_INLINE Pairs LoadPairs(const PointBlock& block, const OrientedPlanes& fixed,
+                           const PairGate& gate, std::size_t i) {
+  const Floats d;
+  const Ints di;
+  const VI partner = hn::LoadU(di, block.partner + i);
+  const auto found = hn::RebindMask(d, hn::Gt(partner, hn::Set(di, -1)));
+  const VI at = hn::Max(partner, hn::Zero(di));
+  Pairs pairs;
+  pairs.source = Load3(block.x + i, block.y + i, block.z + i);
+  pairs.source_normal = Load3(block.nx + i, block.ny + i, block.nz + i);
+  pairs.target = {hn::GatherIndex(d, fixed.x, at), hn::GatherIndex(d, fixed.y, at),
+                  hn::GatherIndex(d, fixed.z, at)};
+  pairs.target_normal = {hn::GatherIndex(d, fixed.nx, at), hn::GatherIndex(d, fixed.ny, at),
+                         hn::GatherIndex(d, fixed.nz, at)};
+  pairs.difference = Minus(pairs.source, pairs.target);
+  pairs.distance_square = Dot(pairs.difference, pairs.difference);
+  const VF half = hn::Set(d, 0.5F);
+  // A normal is unit, or zero where there is none.
+  const auto source_has = hn::Gt(Dot(pairs.source_normal, pairs.source_normal), half);
+  pairs.on_surface = hn::Gt(Dot(pairs.target_normal, pairs.target_normal), half);
+  const auto both = hn::And(source_has, pairs.on_surface);
+  const VF cosine = Dot(pairs.source_normal, pairs.target_normal);
+  const auto turned_away = hn::And(both, hn::Lt(cosine, hn::Set(d, gate.cos_normal)));
+  const auto near = hn::Le(pairs.distance_square, hn::Set(d, gate.max_square_m2));
+  pairs.counts = hn::AndNot(turned_away, hn::And(found, near));
+  return pairs;
+}
+
+HWY_INLINE VF Weight(const Pairs& pairs, VF error_square, const PairGate& gate) {
+  const Floats d;
+  const VF kernel = hn::Set(d, gate.kernel_square_m2);
+  const VF root = hn::Div(kernel, hn::Add(kernel, error_square));
+  return hn::IfThenElseZero(pairs.counts, hn::Mul(root, root));
+}
+
+HWY_INLINE void AddTo(float* sum, VF value) {
+  const Floats d;
+  hn::Store(hn::Add(hn::Load(d, sum), value), d, sum);
+}
+
+void AddPlanePairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                   PlaneSums& sums) {
+  const Floats d;
+  const Vec3 centre = {hn::Set(d, gate.centre[0]), hn::Set(d, gate.centre[1]),
+                       hn::Set(d, gate.centre[2])};
+  const VF half = hn::Set(d, 0.5F);
+  const VF one = hn::Set(d, 1.0F);
+  for (std::size_t i = 0; i < in_lanes(block.size); i += hn::Lanes(d)) {
+    const std::size_t lane = i % kLanes;
+    Pairs pairs = LoadPairs(block, fixed, gate, i);
+    pairs.counts = hn::And(pairs.counts, pairs.on_surface);
+    Vec3 direction = pairs.target_normal;
+    Vec3 lever = Minus(pairs.source, centre);
+    if (gate.symmetric) {
+      const Vec3 n = {hn::Add(direction.x, pairs.source_normal.x),
+                      hn::Add(direction.y, pairs.source_normal.y),
+                      hn::Add(direction.z, pairs.source_normal.z)};
+      direction = {hn::Mul(n.x, half), hn::Mul(n.y, half), hn::Mul(n.z, half)};
+      const Vec3 back = {hn::Mul(pairs.difference.x, half), hn::Mul(pairs.difference.y, half),
+                         hn::Mul(pairs.difference.z, half)};
+      lever = Minus(lever, back);
+    }
+    const VF residual = Dot(direction, pairs.difference);
+    const VF square = hn::Mul(residual, residual);
+    const VF weight = Weight(pairs, square, gate);
+    const VF j[6] = {direction.x,
+                     direction.y,
+                     direction.z,
+                     hn::Sub(hn::Mul(lever.y, direction.z), hn::Mul(lever.z, direction.y)),
+                     hn::Sub(hn::Mul(lever.z, direction.x), hn::Mul(lever.x, direction.z)),
+                     hn::Sub(hn::Mul(lever.x, direction.y), hn::Mul(lever.y, direction.x))};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      const VF scaled = hn::Mul(weight, j[a]);
+      AddTo(sums.sum[21 + a] + lane, hn::Mul(scaled, residual));
+      for (int b = a; b < 6; ++b) AddTo(sums.sum[k++] + lane, hn::Mul(scaled, j[b]));
+    }
+    AddTo(sums.sum[27] + lane, hn::Mul(weight, Dot(lever, lever)));
+    AddTo(sums.sum[28] + lane, weight);
+    AddTo(sums.sum[29] + lane, hn::IfThenElseZero(pairs.counts, square));
+    AddTo(sums.sum[30] + lane, hn::IfThenElseZero(pairs.counts, one));
+  }
+}
+
+void AddPointPairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                   PointSums& sums) {
+  const Floats d;
+  const Vec3 centre = {hn::Set(d, gate.centre[0]), hn::Set(d, gate.centre[1]),
+                       hn::Set(d, gate.centre[2])};
+  const VF one = hn::Set(d, 1.0F);
+  for (std::size_t i = 0; i < in_lanes(block.size); i += hn::Lanes(d)) {
+    const std::size_t lane = i % kLanes;
+    const Pairs pairs = LoadPairs(block, fixed, gate, i);
+    const VF weight = Weight(pairs, pairs.distance_square, gate);
+    const Vec3 source = Minus(pairs.source, centre);
+    const Vec3 target = Minus(pairs.target, centre);
+    AddTo(sums.sum[0] + lane, weight);
+    const VF from[3] = {hn::Mul(weight, source.x), hn::Mul(weight, source.y),
+                        hn::Mul(weight, source.z)};
+    const VF to[3] = {target.x, target.y, target.z};
+    for (int a = 0; a < 3; ++a) {
+      AddTo(sums.sum[1 + a] + lane, from[a]);
+      AddTo(sums.sum[4 + a] + lane, hn::Mul(weight, to[a]));
+      for (int b = 0; b < 3; ++b) AddTo(sums.sum[7 + 3 * a + b] + lane, hn::Mul(from[a], to[b]));
+    }
+    AddTo(sums.sum[16] + lane, hn::IfThenElseZero(pairs.counts, pairs.distance_square));
+    AddTo(sums.sum[17] + lane, hn::IfThenElseZero(pairs.counts, one));
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kernels
+}  // namespace grapnel
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace grapnel::kernels {
+
+HWY_EXPORT(MoveBlock);
+HWY_EXPORT(FindVoxels);
+HWY_EXPORT(AddPlanePairs);
+HWY_EXPORT(AddPointPairs);
+
+void move_block(const Motion& motion, PointBlock& block) noexcept {
+  HWY_DYNAMIC_DISPATCH(MoveBlock)(motion, block);
+}
+
+void find_voxels(const VoxelShape& shape, const float* x, const float* y, const float* z,
+                 std::size_t count, std::int32_t* voxel) noexcept {
+  HWY_DYNAMIC_DISPATCH(FindVoxels)(shape, x, y, z, count, voxel);
+}
+
+void add_plane_pairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                     PlaneSums& sums) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddPlanePairs)(block, fixed, gate, sums);
+}
+
+void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,
+                     PointSums& sums) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddPointPairs)(block, fixed, gate, sums);
+}
+
+}  // namespace grapnel::kernels
+#endif
