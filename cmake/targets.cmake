@@ -33,6 +33,19 @@ function(grapnel_library name)
   endif()
 endfunction()
 
+# grapnel_camera_plugin(NAME [LIBS …]): libgrapnel_camera_NAME.so of every .cpp in the calling folder. It
+# stays loaded for good: a thread that hangs in a capture library still needs its code.
+function(grapnel_camera_plugin name)
+  cmake_parse_arguments(ARG "" "" "LIBS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  add_library(grapnel_camera_${name} MODULE ${sources})
+  target_link_libraries(grapnel_camera_${name} PRIVATE grapnel_options grapnel_live ${ARG_LIBS})
+  target_link_options(grapnel_camera_${name} PRIVATE -Wl,-z,nodelete -Wl,--exclude-libs,ALL)
+  set_target_properties(grapnel_camera_${name} PROPERTIES
+    LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/cameras)
+  install(TARGETS grapnel_camera_${name} DESTINATION ${CMAKE_INSTALL_LIBDIR}/grapnel/cameras)
+endfunction()
+
 # grapnel_test(NAME LABEL unit|contract|… [LIBS …]): one GoogleTest program of every .cpp directly in the
 # calling folder and below, its cases registered one by one with ctest.
 function(grapnel_test name)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -45,6 +46,8 @@ struct CameraStatus {
   CameraState state = CameraState::Closed;
   Code code = Code::SensorNotConnected;
   CameraCounters counters;
+  /// Direction of the accelerometer's reading in the sensor's frame, in g; all zero: it has none.
+  std::array<float, 3> gravity{};
 };
 
 /// Lets the owner prepare a driver's capture thread (scheduling class, name, accounting) and see it

@@ -67,7 +67,6 @@ class SyntheticUnderTest final : public CameraUnderTest {
     info.live = false;
     return info;
   }
-  [[nodiscard]] bool can_lose_device() const override { return true; }
   void lose_device(Camera& camera) override { dynamic_cast<SyntheticCamera&>(camera).unplug(); }
   void return_device(Camera& camera) override { dynamic_cast<SyntheticCamera&>(camera).replug(); }
 
@@ -114,6 +113,12 @@ INSTANTIATE_TEST_SUITE_P(
                     CameraCase{"ReplayFast", &replay<ReplayMode::Fast, false>},
                     CameraCase{"Plugin", &plugin},
                     CameraCase{"SyntheticTrueTime", &synthetic<SyntheticPace::TrueTime>},
+                    CameraCase{"SyntheticFast", &synthetic<SyntheticPace::Fast>}),
+    name_of_case);
+
+INSTANTIATE_TEST_SUITE_P(
+    Drivers, CameraLossContract,
+    testing::Values(CameraCase{"SyntheticTrueTime", &synthetic<SyntheticPace::TrueTime>},
                     CameraCase{"SyntheticFast", &synthetic<SyntheticPace::Fast>}),
     name_of_case);
 

@@ -65,7 +65,7 @@ TEST(Registry, RunsACameraOutOfAPlugIn) {
 
 TEST(Registry, RefusesAPlugInWithAnotherInterfaceVersion) {
   EXPECT_NE(
-      message_of(with_plugins("old")).find("was built for camera interface 2; this program has 1"),
+      message_of(with_plugins("old")).find("was built for camera interface 3; this program has 2"),
       std::string::npos)
       << message_of(with_plugins("old"));
 }

@@ -1,0 +1,29 @@
+#include "drivers/live/plugin_list.h"
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <future>
+#include <thread>
+#include <utility>
+
+namespace grapnel {
+
+int list_in_time(std::function<std::vector<std::string>()> find, char* lines, std::size_t bytes) {
+  if (bytes > 0) lines[0] = '\0';
+  try {
+    std::packaged_task<std::vector<std::string>()> task(std::move(find));
+    std::future<std::vector<std::string>> answer = task.get_future();
+    std::thread(std::move(task)).detach();
+    if (answer.wait_for(std::chrono::seconds(3)) != std::future_status::ready) return 0;
+    const std::vector<std::string> found = answer.get();
+    std::string text;
+    for (const std::string& line : found) text += line + "\n";
+    std::snprintf(lines, bytes, "%s", text.c_str());
+    return static_cast<int>(found.size());
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
+}  // namespace grapnel
