@@ -13,7 +13,7 @@ constexpr double kLowCoverage = 0.2;
 std::uint32_t reason_bits(const RegistrationReport& report) noexcept {
   std::uint32_t bits = 0;
   for (const Reason& reason : report.reasons) {
-    const unsigned offset = static_cast<unsigned>(reason.code) - 1000U;
+    const unsigned offset = static_cast<unsigned>(reason.code()) - 1000U;
     if (offset < 32U) bits |= 1U << offset;
   }
   return bits;

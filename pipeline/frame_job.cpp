@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "base/insertion_sort.h"
+#include "pipeline/judge/resting.h"
 #include "pipeline/judge/verdict.h"
 
 namespace grapnel {
@@ -302,14 +303,9 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     findings.sigma_m = uncertainty.sigma_m;
     findings.sigma_rad = uncertainty.sigma_rad;
     if (s_.background.plane_count > 0) {
-      const DepthPlane& belt = s_.background.planes[0];
-      double lowest_m = 1e9;
-      for (std::size_t i = 0; i < model.fine.size; ++i) {
-        const Vec3d p = pose * model.fine.point(i).cast<double>();
-        lowest_m = std::min(lowest_m, belt.normal.dot(p) + belt.offset_m);
-      }
       findings.has_belt = true;
-      findings.belt_distance_m = lowest_m;
+      findings.resting =
+          rest_on(s_.background.planes[0], model.fine, pose, model.centre, model.diameter_m);
     }
   }
   pass_verdict(findings, s_.stages.params.verdict, report);

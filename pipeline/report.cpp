@@ -2,44 +2,61 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstdint>
 
 #include "base/code.h"
 
 namespace grapnel {
 namespace {
 
+enum class Bound : std::uint8_t { AtLeast, AtMost };
+
 struct Wording {
   Code code;
   const char* what;
-  const char* bound;  // "at least" or "at most"
-  double scale;       // shown value = scale × stored value
+  Bound bound;
+  double scale;  // shown value = scale × stored value
   int decimals;
   const char* unit;
 };
 
-constexpr std::array kWordings = {
-    Wording{Code::BelowFitness, "matched share of the visible model", "at least", 1.0, 2, ""},
-    Wording{Code::TooFewPoints, "confirmed surface", "at least", 1e4, 1, " cm2"},
-    Wording{Code::FreeSpaceViolated, "share of the model that the camera sees through", "at most",
-            1.0, 3, ""},
-    Wording{Code::TooMuchUnknown, "share of the visible model without reading", "at most", 1.0, 2,
-            ""},
-    Wording{Code::UnexplainedForeground, "measured surface the model does not explain", "at most",
-            1.0, 2, ""},
-    Wording{Code::ContourDisagrees, "share of the outline that meets a depth edge", "at least", 1.0,
-            2, ""},
-    Wording{Code::Ambiguous, "margin to the second-best distinct pose", "at least", 1.0, 3, ""},
-    Wording{Code::NotObservable, "predicted deviation in the weakest required direction", "at most",
-            1e3, 2, "e-3"},
-    Wording{Code::OutsideVolume, "distance of the pose from the allowed volume", "at most", 1e3, 1,
-            " mm"},
-    Wording{Code::ImplausibleOnBelt, "distance of the part's lowest point from the belt", "at most",
-            1e3, 1, " mm"},
-    Wording{Code::RefinementDiverged, "deviation of the matched surface", "at most", 1e3, 2, " mm"},
-    Wording{Code::HypothesesDisagree, "distance between two independent poses", "at most", 1e3, 1,
-            " mm"},
-};
+constexpr double kDegrees = 57.29577951308232;
+
+constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings = {{
+    {Code::BelowFitness, "matched share of the visible model", Bound::AtLeast, 1.0, 2, ""},
+    {Code::TooFewPoints, "confirmed surface", Bound::AtLeast, 1e4, 1, " cm2"},
+    {Code::FreeSpaceViolated, "share of the model that the camera sees through", Bound::AtMost, 1.0,
+     3, ""},
+    {Code::FreeSpaceViolated, "largest piece of the model that the camera sees through",
+     Bound::AtMost, 1e4, 1, " cm2"},
+    {Code::RefinementDiverged, "deviation of the matched surface", Bound::AtMost, 1e3, 2, " mm"},
+    {Code::TooMuchUnknown, "share of the visible model without reading", Bound::AtMost, 1.0, 2, ""},
+    {Code::UnexplainedForeground, "measured surface that the model leaves over, per matched",
+     Bound::AtMost, 1.0, 2, ""},
+    {Code::UnexplainedForeground, "share of the measured object that the model explains",
+     Bound::AtLeast, 1.0, 2, ""},
+    {Code::ContourDisagrees, "share of the outline about which readings say anything",
+     Bound::AtLeast, 1.0, 2, ""},
+    {Code::ContourDisagrees, "share of the outline that meets a depth edge", Bound::AtLeast, 1.0, 2,
+     ""},
+    {Code::ContourDisagrees,
+     "only one flat face matches, and the share of it and its outline that is proven is",
+     Bound::AtLeast, 1.0, 2, ""},
+    {Code::NoConsensus, "share of the views that overlaps", Bound::AtLeast, 1.0, 3, ""},
+    {Code::Ambiguous, "margin to the second-best distinct pose", Bound::AtLeast, 1.0, 3, ""},
+    {Code::NotObservable, "predicted deviation along the weakest required direction", Bound::AtMost,
+     1e3, 2, " mm"},
+    {Code::NotObservable, "predicted deviation about the weakest required axis", Bound::AtMost,
+     kDegrees, 2, " degrees"},
+    {Code::ImplausibleOnBelt, "distance of the part's lowest point from the belt", Bound::AtMost,
+     1e3, 1, " mm"},
+    {Code::ImplausibleOnBelt, "distance of the part's centre inside what it stands on",
+     Bound::AtLeast, 1e3, 1, " mm"},
+}};
+
+const Wording& wording_of(Check check) noexcept {
+  return kWordings[static_cast<std::size_t>(check)];
+}
 
 /// Writes into a bounded text, always terminated.
 class Writer {
@@ -84,25 +101,20 @@ class Writer {
 
 }  // namespace
 
+Code Reason::code() const noexcept { return wording_of(check).code; }
+
 std::size_t reason_text(const Reason& reason, char* text, std::size_t bytes) noexcept {
   Writer writer(text, bytes);
-  const auto* wording = std::find_if(kWordings.begin(), kWordings.end(),
-                                     [&](const Wording& w) { return w.code == reason.code; });
-  if (wording == kWordings.end()) {
-    for (const char c : describe(reason.code).text) writer.put(c);
-    return writer.finish(bytes);
-  }
-  writer.put(wording->what);
+  const Wording& wording = wording_of(reason.check);
+  const bool at_least = wording.bound == Bound::AtLeast;
+  writer.put(wording.what);
   writer.put(' ');
-  writer.put_number(reason.measured * wording->scale, wording->decimals);
-  writer.put(wording->unit);
-  writer.put(", ");
-  writer.put(wording->bound);
-  writer.put(' ');
-  writer.put_number(reason.limit * wording->scale, wording->decimals);
-  writer.put(wording->unit);
-  writer.put(" is ");
-  writer.put(std::strcmp(wording->bound, "at least") == 0 ? "required" : "allowed");
+  writer.put_number(reason.measured * wording.scale, wording.decimals);
+  writer.put(wording.unit);
+  writer.put(at_least ? ", at least " : ", at most ");
+  writer.put_number(reason.limit * wording.scale, wording.decimals);
+  writer.put(wording.unit);
+  writer.put(at_least ? " is required" : " is allowed");
   return writer.finish(bytes);
 }
 

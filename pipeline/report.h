@@ -10,12 +10,36 @@
 
 namespace grapnel {
 
-/// One failed check: which, what was measured, what the limit is. The unit is the check's own
-/// (ratio, metres, radians, count); reason_text() writes the sentence.
+/// What a verdict looks at. Each belongs to one status code; some codes have several checks.
+enum class Check : std::uint8_t {
+  MatchedShare,
+  MatchedArea,
+  SeenThrough,
+  Hole,
+  Deviation,
+  Unknown,
+  Unexplained,
+  Explained,
+  OutlineKnown,
+  Outline,
+  FlatProof,
+  Overlap,
+  Margin,
+  Shift,
+  Turn,
+  BeltDistance,
+  Support,
+  kCount
+};
+
+/// One failed check: what was measured and what the limit is, in the check's own unit (share,
+/// metres, square metres, radians); reason_text() writes the sentence.
 struct Reason {
-  Code code = Code::NoObjectAccepted;
+  Check check = Check::MatchedShare;
   double measured = 0.0;
   double limit = 0.0;
+
+  [[nodiscard]] Code code() const noexcept;
 };
 
 /// Sizes along the way.
@@ -36,7 +60,7 @@ using StageTimes = std::array<std::uint32_t, static_cast<std::size_t>(Stage::kCo
 struct RegistrationReport {
   bool accepted = false;
   Code code = Code::NoObjectAccepted;  ///< ObjectFound, or the first failing reason
-  InlineList<Reason, 12> reasons;      ///< every failing check, empty when accepted
+  InlineList<Reason, 16> reasons;      ///< every failing check, empty when accepted
   std::uint32_t model = 0;             ///< index in the preset's list of models
   Pose target_from_source =
       Pose::Identity();  ///< the best pose found, also when rejected; see has_pose

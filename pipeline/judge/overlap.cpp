@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/judge/checks.h"
+
 namespace grapnel {
 namespace {
 
@@ -151,28 +153,6 @@ class Direction {
   OverlapEvidence evidence_;
 };
 
-/// Collects failing checks; the quality is the tightest check's room.
-class Checks {
- public:
-  explicit Checks(RegistrationReport& report) noexcept : report_(report) {}
-
-  void at_least(Code code, double measured, double limit, double perfect) noexcept {
-    if (!(measured >= limit)) report_.reasons.push_back({code, measured, limit});
-    note((measured - limit) / std::max(perfect - limit, 1e-9));
-  }
-  void at_most(Code code, double measured, double limit) noexcept {
-    if (!(measured <= limit)) report_.reasons.push_back({code, measured, limit});
-    note((limit - measured) / std::max(limit, 1e-9));
-  }
-  [[nodiscard]] double quality() const noexcept { return std::clamp(0.5 + 0.5 * room_, 0.0, 1.0); }
-
- private:
-  void note(double room) noexcept { room_ = std::min(room_, std::isfinite(room) ? room : -1.0); }
-
-  RegistrationReport& report_;
-  double room_ = 1.0;
-};
-
 }  // namespace
 
 double OverlapEvidence::matched_share() const noexcept {
@@ -233,24 +213,20 @@ void pass_overlap_verdict(const OverlapFindings& findings, const OverlapParams& 
   report.margin = findings.margin;
   report.sigma_m = findings.sigma_m;
   report.sigma_rad = findings.sigma_rad;
-  report.reasons.clear();
 
   Checks checks(report);
   const double area_m2 = 0.5 * matched * findings.spacing_m * findings.spacing_m;
   const double size_m = findings.size_m;
-  checks.at_least(Code::BelowFitness, report.fitness, params.min_matched, 1.0);
-  checks.at_least(Code::NoConsensus, report.coverage, params.min_overlap, 1.0);
-  checks.at_least(Code::TooFewPoints, area_m2, params.min_area_ratio * size_m * size_m,
+  checks.at_least(Check::MatchedShare, report.fitness, params.min_matched, 1.0);
+  checks.at_least(Check::Overlap, report.coverage, params.min_overlap, 1.0);
+  checks.at_least(Check::MatchedArea, area_m2, params.min_area_ratio * size_m * size_m,
                   0.5 * size_m * size_m);
-  checks.at_most(Code::FreeSpaceViolated, report.free_space_violation, params.max_seen_through);
-  checks.at_most(Code::RefinementDiverged, report.rmse_m,
-                 params.max_rmse_ratio * findings.tolerance_m);
-  checks.at_least(Code::Ambiguous, findings.margin, params.min_margin, 1.0);
-  checks.at_most(Code::NotObservable, findings.sigma_m, params.max_sigma_ratio * size_m);
-  checks.at_most(Code::NotObservable, findings.sigma_rad, params.max_sigma_rad);
-  report.quality = checks.quality();
-  report.accepted = report.reasons.empty();
-  report.code = report.accepted ? Code::ObjectFound : report.reasons[0].code;
+  checks.at_most(Check::SeenThrough, report.free_space_violation, params.max_seen_through);
+  checks.at_most(Check::Deviation, report.rmse_m, params.max_rmse_ratio * findings.tolerance_m);
+  checks.at_least(Check::Margin, findings.margin, params.min_margin, 1.0);
+  checks.at_most(Check::Shift, findings.sigma_m, params.max_sigma_ratio * size_m);
+  checks.at_most(Check::Turn, findings.sigma_rad, params.max_sigma_rad);
+  checks.conclude();
 }
 
 }  // namespace grapnel

@@ -4,34 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/judge/checks.h"
+
 namespace grapnel {
 namespace {
 
 // Of an outline known to a smaller share than this nothing follows.
 constexpr double kTestable = 0.2;
-
-/// Collects failing checks; the quality is the tightest check's room.
-class Checks {
- public:
-  explicit Checks(RegistrationReport& report) noexcept : report_(report) {}
-
-  void at_least(Code code, double measured, double limit, double perfect) noexcept {
-    if (!(measured >= limit)) report_.reasons.push_back({code, measured, limit});
-    note((measured - limit) / std::max(perfect - limit, 1e-9));
-  }
-  void at_most(Code code, double measured, double limit) noexcept {
-    if (!(measured <= limit)) report_.reasons.push_back({code, measured, limit});
-    note((limit - measured) / std::max(limit, 1e-9));
-  }
-  /// 0.5 on the limit of some check, 1 when all are perfect.
-  [[nodiscard]] double quality() const noexcept { return std::clamp(0.5 + 0.5 * room_, 0.0, 1.0); }
-
- private:
-  void note(double room) noexcept { room_ = std::min(room_, std::isfinite(room) ? room : -1.0); }
-
-  RegistrationReport& report_;
-  double room_ = 1.0;
-};
 
 }  // namespace
 
@@ -59,6 +38,12 @@ FieldTable verdict_fields() noexcept {
                                  "share of the known outline that meets a depth edge"),
       number_field<&P::min_edge_known>("min_edge_known", "", 0.0, 1.0,
                                        "share of the outline about which readings say anything"),
+      number_field<&P::min_second_face>(
+          "min_second_face", "", 0.0, 0.67,
+          "matched surface off the main direction; with less a match counts as flat"),
+      number_field<&P::min_flat_proof>(
+          "min_flat_proof", "", 0.0, 1.0,
+          "of a flat match: fitness times the share of its outline that depth edges prove"),
       number_field<&P::min_margin>("min_margin", "", 0.0, 1.0,
                                    "distance to the second-best distinct pose"),
       number_field<&P::max_sigma_m>("max_sigma_m", "m", 0.0, 1.0,
@@ -66,8 +51,9 @@ FieldTable verdict_fields() noexcept {
       number_field<&P::max_sigma_rad>("max_sigma_rad", "rad", 0.0, 1.0,
                                       "predicted deviation, weakest required axis"),
       number_field<&P::floor_m>("floor_m", "m", 0.0, 1.0, "match tolerance at least; 0 = auto"),
-      number_field<&P::max_belt_distance_m>("max_belt_distance_m", "m", 0.0, 10.0,
-                                            "part's lowest point from the belt; 0 = off"),
+      number_field<&P::max_belt_distance_m>(
+          "max_belt_distance_m", "m", 0.0, 10.0,
+          "part's lowest point from the belt, on which it must stand; 0 = off"),
   };
   return kFields;
 }
@@ -89,34 +75,35 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   report.margin = findings.margin;
   report.sigma_m = findings.sigma_m;
   report.sigma_rad = findings.sigma_rad;
-  report.reasons.clear();
 
   Checks checks(report);
-  checks.at_least(Code::BelowFitness, fitness, params.min_fitness, 1.0);
-  checks.at_least(Code::TooFewPoints, evidence.matched_area_m2, min_area_m2, 10.0 * min_area_m2);
-  checks.at_most(Code::FreeSpaceViolated, evidence.seen_through, params.max_seen_through);
+  checks.at_least(Check::MatchedShare, fitness, params.min_fitness, 1.0);
+  checks.at_least(Check::MatchedArea, evidence.matched_area_m2, min_area_m2, 10.0 * min_area_m2);
+  checks.at_most(Check::SeenThrough, evidence.seen_through, params.max_seen_through);
   if (evidence.hole_area_m2 > max_hole_m2 && evidence.seen_through <= params.max_seen_through) {
-    checks.at_most(Code::FreeSpaceViolated, evidence.hole_area_m2, max_hole_m2);
+    checks.at_most(Check::Hole, evidence.hole_area_m2, max_hole_m2);
   }
-  checks.at_most(Code::RefinementDiverged, evidence.rmse_m,
-                 params.max_rmse_ratio * findings.tolerance_m);
-  checks.at_most(Code::TooMuchUnknown, evidence.unknown, params.max_unknown);
-  checks.at_most(Code::UnexplainedForeground, evidence.unexplained, params.max_unexplained);
-  checks.at_most(Code::UnexplainedForeground, 1.0 - evidence.explained, 1.0 - params.min_explained);
-  checks.at_least(Code::ContourDisagrees, evidence.edge_known, params.min_edge_known, 1.0);
+  checks.at_most(Check::Deviation, evidence.rmse_m, params.max_rmse_ratio * findings.tolerance_m);
+  checks.at_most(Check::Unknown, evidence.unknown, params.max_unknown);
+  checks.at_most(Check::Unexplained, evidence.unexplained, params.max_unexplained);
+  checks.at_least(Check::Explained, evidence.explained, params.min_explained, 1.0);
+  checks.at_least(Check::OutlineKnown, evidence.edge_known, params.min_edge_known, 1.0);
   if (evidence.edge_known > kTestable) {
-    checks.at_least(Code::ContourDisagrees, evidence.edge, params.min_edge, 1.0);
+    checks.at_least(Check::Outline, evidence.edge, params.min_edge, 1.0);
   }
-  checks.at_least(Code::Ambiguous, findings.margin, params.min_margin, 1.0);
-  checks.at_most(Code::NotObservable, findings.sigma_m, params.max_sigma_m);
-  checks.at_most(Code::NotObservable, findings.sigma_rad, params.max_sigma_rad);
+  if (evidence.second_face < params.min_second_face) {
+    checks.at_least(Check::FlatProof, fitness * evidence.edge * evidence.edge_known,
+                    params.min_flat_proof, 1.0);
+  }
+  checks.at_least(Check::Margin, findings.margin, params.min_margin, 1.0);
+  checks.at_most(Check::Shift, findings.sigma_m, params.max_sigma_m);
+  checks.at_most(Check::Turn, findings.sigma_rad, params.max_sigma_rad);
   if (params.max_belt_distance_m > 0.0 && findings.has_belt) {
-    checks.at_most(Code::ImplausibleOnBelt, std::fabs(findings.belt_distance_m),
+    checks.at_most(Check::BeltDistance, std::fabs(findings.resting.lowest_m),
                    params.max_belt_distance_m);
+    checks.at_least(Check::Support, findings.resting.support_m, 0.0, 0.05 * findings.diameter_m);
   }
-  report.quality = checks.quality();
-  report.accepted = report.reasons.empty();
-  report.code = report.accepted ? Code::ObjectFound : report.reasons[0].code;
+  checks.conclude();
 }
 
 }  // namespace grapnel

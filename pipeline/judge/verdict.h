@@ -2,6 +2,7 @@
 
 #include "base/field.h"
 #include "base/geometry.h"
+#include "pipeline/judge/resting.h"
 #include "pipeline/judge/verification.h"
 #include "pipeline/report.h"
 
@@ -19,6 +20,8 @@ struct VerdictParams {
   double min_explained = 0.0;  ///< of the whole measured object
   double min_edge = 0.60;
   double min_edge_known = 0.0;
+  double min_second_face = 0.10;  ///< a match with less off its main direction is flat
+  double min_flat_proof = 0.65;   ///< fitness × proven share of the outline, of a flat match
   double min_margin = 0.10;
   double max_sigma_m = 0.002;
   double max_sigma_rad = 0.0175;
@@ -36,7 +39,7 @@ struct Findings {
   double diameter_m = 0.0;
   double tolerance_m = 0.0;  ///< of a match, at the object's distance
   bool has_belt = false;
-  double belt_distance_m = 0.0;  ///< of the part's lowest point, signed
+  Resting resting;  ///< on the belt
 };
 
 /// Fills verdict, code, reasons, quality and the report's figures. Accepted only when every check

@@ -37,7 +37,6 @@ struct Verification::Sums {
   std::array<std::uint32_t, 7> count{};
   double area_m2 = 0.0;
   double square_m2 = 0.0;
-  double chi_square = 0.0;
   Mat3d normals = Mat3d::Zero();
   std::uint32_t own_unmatched = 0;  ///< object's pixels inside the outline nearer than the model
 };
@@ -100,10 +99,8 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
       return Kind::Occluded;
     }
   }
-  const double sigma = static_cast<double>(view.noise.sigma_m(measured));
   const auto residual = static_cast<double>(off);
   sums.square_m2 += residual * residual;
-  sums.chi_square += residual * residual / (sigma * sigma);
   sums.area_m2 += footprint_m2;
   const Vec3d n = normal.cast<double>();
   sums.normals += footprint_m2 * n * n.transpose();
@@ -218,7 +215,6 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   evidence.matched_area_m2 = sums.area_m2;
   if (matched > 0.0) {
     evidence.rmse_m = std::sqrt(sums.square_m2 / matched);
-    evidence.chi = std::sqrt(sums.chi_square / matched);
     evidence.unexplained = static_cast<double>(sums.own_unmatched) / matched;
     // Share of matched area whose normal differs from the main one: by the trace of n nᵀ.
     const Mat3d share = sums.normals / sums.area_m2;

@@ -22,7 +22,6 @@ struct Evidence {
   double hole_area_m2 = 0.0;  ///< largest connected piece that is seen through
   std::uint32_t pixels = 0;   ///< counted: visible model, its rim left out
   double rmse_m = 0.0;        ///< point-to-plane, of matched pixels
-  double chi = 0.0;           ///< root mean square of residual / sigma
   double edge = 0.0;          ///< share of the known outline that meets a depth edge
   double edge_known = 0.0;    ///< share of the unhidden outline that readings say anything about
   double unexplained = 0.0;   ///< object's pixels within and beside the outline the model leaves

@@ -174,8 +174,8 @@ TEST_F(JobExecutorTest, CarriesEveryReasonOfARejection) {
     RegistrationReports reports;
     RegistrationReport report;
     report.code = Code::BelowFitness;
-    report.reasons.push_back({Code::BelowFitness, 0.4, 0.7});
-    report.reasons.push_back({Code::FreeSpaceViolated, 0.3, 0.1});
+    report.reasons.push_back({Check::MatchedShare, 0.4, 0.7});
+    report.reasons.push_back({Check::SeenThrough, 0.3, 0.1});
     reports.objects.push_back(report);
     reports.code = Code::BelowFitness;
     return reports;

@@ -124,7 +124,7 @@ TEST(Registrar, ABoxOfAnotherSizeIsRejected) {
     const RegistrationReport& report = result.value().objects[0];
     EXPECT_FALSE(report.accepted) << size_m.transpose();
     EXPECT_FALSE(report.reasons.empty());
-    EXPECT_EQ(report.code, report.reasons[0].code);
+    EXPECT_EQ(report.code, report.reasons[0].code());
     EXPECT_EQ(result.value().code, report.code);
   }
 }
@@ -155,7 +155,7 @@ TEST(Registrar, ReportsAsManyObjectsAsWanted) {
   ASSERT_EQ(both.value().objects.size(), 2U);
   int seen = 0;
   for (const RegistrationReport& report : both.value().objects) {
-    EXPECT_TRUE(report.accepted);
+    EXPECT_TRUE(report.accepted) << reasons_of(report);
     if (equivalent(report.target_from_source, left, Symmetry::Box, 0.004, 0.02)) seen |= 1;
     if (equivalent(report.target_from_source, right, Symmetry::Box, 0.004, 0.02)) seen |= 2;
   }

@@ -221,6 +221,7 @@ Findings good_findings() {
   findings.evidence.edge_known = 1.0;
   findings.evidence.explained = 1.0;
   findings.evidence.rmse_m = 0.001;
+  findings.evidence.second_face = 0.3;
   findings.margin = 0.8;
   findings.sigma_m = 0.0005;
   findings.sigma_rad = 0.002;
@@ -241,20 +242,24 @@ TEST(Verdict, AcceptsOnlyWhenEveryCheckPasses) {
 TEST(Verdict, NamesEveryFailingCheckWithItsFigures) {
   struct Case {
     void (*spoil)(Findings&);
+    Check check;
     Code code;
   };
   const Case cases[] = {
-      {[](Findings& f) { f.evidence.matched = 0.5; }, Code::BelowFitness},
-      {[](Findings& f) { f.evidence.matched_area_m2 = 1e-4; }, Code::TooFewPoints},
-      {[](Findings& f) { f.evidence.seen_through = 0.1; }, Code::FreeSpaceViolated},
-      {[](Findings& f) { f.evidence.hole_area_m2 = 0.01; }, Code::FreeSpaceViolated},
-      {[](Findings& f) { f.evidence.rmse_m = 0.0039; }, Code::RefinementDiverged},
-      {[](Findings& f) { f.evidence.unknown = 0.4; }, Code::TooMuchUnknown},
-      {[](Findings& f) { f.evidence.unexplained = 0.5; }, Code::UnexplainedForeground},
-      {[](Findings& f) { f.evidence.edge = 0.3; }, Code::ContourDisagrees},
-      {[](Findings& f) { f.margin = 0.02; }, Code::Ambiguous},
-      {[](Findings& f) { f.sigma_m = 0.01; }, Code::NotObservable},
-      {[](Findings& f) { f.sigma_rad = 0.1; }, Code::NotObservable},
+      {[](Findings& f) { f.evidence.matched = 0.5; }, Check::MatchedShare, Code::BelowFitness},
+      {[](Findings& f) { f.evidence.matched_area_m2 = 1e-4; }, Check::MatchedArea,
+       Code::TooFewPoints},
+      {[](Findings& f) { f.evidence.seen_through = 0.1; }, Check::SeenThrough,
+       Code::FreeSpaceViolated},
+      {[](Findings& f) { f.evidence.hole_area_m2 = 0.01; }, Check::Hole, Code::FreeSpaceViolated},
+      {[](Findings& f) { f.evidence.rmse_m = 0.0039; }, Check::Deviation, Code::RefinementDiverged},
+      {[](Findings& f) { f.evidence.unknown = 0.4; }, Check::Unknown, Code::TooMuchUnknown},
+      {[](Findings& f) { f.evidence.unexplained = 0.5; }, Check::Unexplained,
+       Code::UnexplainedForeground},
+      {[](Findings& f) { f.evidence.edge = 0.3; }, Check::Outline, Code::ContourDisagrees},
+      {[](Findings& f) { f.margin = 0.02; }, Check::Margin, Code::Ambiguous},
+      {[](Findings& f) { f.sigma_m = 0.01; }, Check::Shift, Code::NotObservable},
+      {[](Findings& f) { f.sigma_rad = 0.1; }, Check::Turn, Code::NotObservable},
   };
   for (const Case& c : cases) {
     Findings findings = good_findings();
@@ -263,10 +268,46 @@ TEST(Verdict, NamesEveryFailingCheckWithItsFigures) {
     pass_verdict(findings, {}, report);
     EXPECT_FALSE(report.accepted);
     ASSERT_EQ(report.reasons.size(), 1U) << static_cast<int>(c.code);
-    EXPECT_EQ(report.reasons[0].code, c.code);
+    EXPECT_EQ(report.reasons[0].check, c.check);
+    EXPECT_EQ(report.reasons[0].code(), c.code);
     EXPECT_EQ(report.code, c.code);
     EXPECT_LT(report.quality, 0.5);
   }
+}
+
+TEST(Verdict, OneFlatFaceIsBelievedOnlyWithItsOutlineProven) {
+  Findings findings = good_findings();
+  findings.evidence.second_face = 0.01;
+  RegistrationReport report;
+  pass_verdict(findings, {}, report);
+  EXPECT_TRUE(report.accepted);
+  // A table top with the face's edge along half of the outline.
+  findings.evidence.edge_known = 0.5;
+  pass_verdict(findings, {}, report);
+  ASSERT_EQ(report.reasons.size(), 1U);
+  EXPECT_EQ(report.reasons[0].check, Check::FlatProof);
+  EXPECT_DOUBLE_EQ(report.reasons[0].measured, 0.98 * 0.5 * 0.95);
+  // The same outline around a shape that shows two faces is no objection.
+  findings.evidence.second_face = 0.3;
+  pass_verdict(findings, {}, report);
+  EXPECT_TRUE(report.accepted);
+}
+
+TEST(Verdict, APartOnTheBeltMustTouchItAndStand) {
+  Findings findings = good_findings();
+  findings.has_belt = true;
+  findings.resting = {0.002, 0.08};
+  VerdictParams params;
+  params.max_belt_distance_m = 0.015;
+  RegistrationReport report;
+  pass_verdict(findings, params, report);
+  EXPECT_TRUE(report.accepted);
+  findings.resting = {0.02, -0.05};
+  pass_verdict(findings, params, report);
+  ASSERT_EQ(report.reasons.size(), 2U);
+  EXPECT_EQ(report.reasons[0].check, Check::BeltDistance);
+  EXPECT_EQ(report.reasons[1].check, Check::Support);
+  EXPECT_EQ(report.code, Code::ImplausibleOnBelt);
 }
 
 TEST(Verdict, NoEvidenceIsARejectionAndNaNPassesNoCheck) {
@@ -281,11 +322,20 @@ TEST(Verdict, NoEvidenceIsARejectionAndNaNPassesNoCheck) {
 
 TEST(Verdict, ReasonsReadAsSentences) {
   char text[160];
-  const std::size_t size = reason_text({Code::BelowFitness, 0.414, 0.7}, text, sizeof text);
+  const std::size_t size = reason_text({Check::MatchedShare, 0.414, 0.7}, text, sizeof text);
   EXPECT_STREQ(text, "matched share of the visible model 0.41, at least 0.70 is required");
   EXPECT_EQ(size, std::strlen(text));
-  EXPECT_EQ(reason_text({Code::BelowFitness, 0.414, 0.7}, text, 8), 7U);
+  EXPECT_EQ(reason_text({Check::MatchedShare, 0.414, 0.7}, text, 8), 7U);
   EXPECT_STREQ(text, "matched");
+  reason_text({Check::Turn, 0.05235987755982988, 0.017453292519943295}, text, sizeof text);
+  EXPECT_STREQ(text,
+               "predicted deviation about the weakest required axis 3.00 degrees, at most 1.00 "
+               "degrees is allowed");
+  reason_text({Check::Support, -0.0123, 0.0}, text, sizeof text);
+  EXPECT_STREQ(
+      text,
+      "distance of the part's centre inside what it stands on -12.3 mm, at least 0.0 mm is "
+      "required");
 }
 
 TEST(Covariance, OfAPlaneIsLargeAlongIt) {

@@ -148,9 +148,9 @@ TEST(OverlapVerdict, NamesEveryFailingCheck) {
   pass_overlap_verdict({}, {}, report);
   EXPECT_FALSE(report.accepted);
   ASSERT_FALSE(report.reasons.empty());
-  EXPECT_EQ(report.code, report.reasons[0].code);
+  EXPECT_EQ(report.code, report.reasons[0].code());
   bool ambiguous = false;
-  for (const Reason& reason : report.reasons) ambiguous |= reason.code == Code::Ambiguous;
+  for (const Reason& reason : report.reasons) ambiguous |= reason.code() == Code::Ambiguous;
   EXPECT_TRUE(ambiguous);
 }
 
