@@ -17,6 +17,8 @@ struct Limits {
   std::size_t max_correspondences = 4096;
   std::size_t max_neighbours = 256;  ///< of one point
   std::size_t max_hypotheses = 64;
+  /// Bins of the longest descriptor matched. Not a key of a preset: the descriptor decides.
+  std::size_t descriptor_dimension = 160;
 };
 
 [[nodiscard]] FieldTable limits_fields() noexcept;

@@ -76,10 +76,11 @@ RegistrarState::RegistrarState(Preset preset_)
 }
 
 void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
-  const Limits& limits = preset.limits;
+  Limits limits = preset.limits;
   const auto pixels =
       static_cast<std::size_t>(limits.max_width) * static_cast<std::size_t>(limits.max_height);
   const std::size_t dimension = stages.descriptors->dimension();
+  limits.descriptor_dimension = dimension;
   std::size_t before = arena.used_bytes();
   const auto part = [&](const char* name) {
     if (parts != nullptr) parts->push_back({name, arena.used_bytes() - before});

@@ -45,17 +45,17 @@ int run_match(std::span<const std::string> args) {
   options.flag("--json", json, "one JSON object on stdout");
   if (!options.parse(args)) return 0;
 
-  if (metric != "l2") throw InputError("--metric " + metric + ": \"l2\" is allowed");
   const FeatureTable source = load_feature_csv(source_file);
   const FeatureTable target = load_feature_csv(target_file);
   if (source.dimension != target.dimension) {
     throw InputError(target_file + ": " + std::to_string(target.dimension) + " bins; " +
                      source_file + " has " + std::to_string(source.dimension));
   }
-  std::vector<std::string> overrides = {"max_ratio=" + std::to_string(ratio)};
+  std::vector<std::string> overrides = {"max_ratio=" + std::to_string(ratio), "metric=" + metric};
   if (mutual) overrides.emplace_back("mutual=true");
-  LoadedStage<FeatureMatcher> matcher(feature_matchers(), "nearest_feature", overrides,
-                                      limits_for(std::max(source.rows(), target.rows())));
+  Limits limits = limits_for(std::max(source.rows(), target.rows()));
+  limits.descriptor_dimension = source.dimension;
+  LoadedStage<FeatureMatcher> matcher(feature_matchers(), "nearest_feature", overrides, limits);
   StoredFeatures source_rows(source);
   StoredFeatures target_rows(target);
   std::vector<Correspondence> storage(source.rows());

@@ -172,31 +172,4 @@ void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
   }
 }
 
-void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
-                 NearestTwo* found) noexcept {
-  for (std::size_t q = 0; q < count; ++q) {
-    found[q] = NearestTwo{};
-    for (std::size_t row = 0; row < rows.block_count * NearestRows::kBlock; ++row) {
-      float squared = rows.bias[row];
-      const float* values = rows.blocks +
-                            row / NearestRows::kBlock * NearestRows::kBlock * rows.dimension +
-                            row % NearestRows::kBlock;
-      for (std::size_t i = 0; i < rows.dimension; ++i) {
-        const float difference = queries[q][i] - values[i * NearestRows::kBlock];
-        squared += difference * difference;
-      }
-      if (squared == std::numeric_limits<float>::infinity()) continue;
-      if (found[q].best < 0 || squared < found[q].best_squared) {
-        found[q].second = found[q].best;
-        found[q].second_squared = found[q].best_squared;
-        found[q].best = static_cast<std::int32_t>(row);
-        found[q].best_squared = squared;
-      } else if (found[q].second < 0 || squared < found[q].second_squared) {
-        found[q].second = static_cast<std::int32_t>(row);
-        found[q].second_squared = squared;
-      }
-    }
-  }
-}
-
 }  // namespace grapnel::kernels::reference

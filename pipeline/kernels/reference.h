@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "pipeline/kernels/best_rows.h"
 #include "pipeline/kernels/depth_rows.h"
-#include "pipeline/kernels/nearest.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/pose_rating.h"
 #include "pipeline/kernels/spin_cells.h"
@@ -41,8 +41,8 @@ void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
 void spin_votes(const OrientedPlanes& points, const SpinFrame& frame,
                 std::span<const std::int32_t> others, const SpinVotes& votes) noexcept;
 
-void nearest_two(const BlockedRows& rows, const float* const* queries, std::size_t count,
-                 NearestTwo* found) noexcept;
+void best_rows(RowScore score, const RowBlocks& rows, const float* const* queries,
+               std::size_t count, std::size_t kept, BestRow* const* best) noexcept;
 
 void move_block(const Motion& motion, PointBlock& block) noexcept;
 

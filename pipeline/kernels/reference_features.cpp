@@ -23,7 +23,47 @@ std::int32_t cell_of(float place, float last, float& into) noexcept {
   return static_cast<std::int32_t>(cell);
 }
 
+float sum_with(RowScore score, float sum, float a, float b) noexcept {
+  const float difference = a - b;
+  switch (score) {
+    case RowScore::SquaredDifference:
+      return sum + difference * difference;
+    case RowScore::Difference:
+      return sum + std::fabs(difference);
+    case RowScore::LargestDifference:
+      return std::max(sum, std::fabs(difference));
+    case RowScore::RootOfDifference:
+      return sum + std::sqrt(std::fabs(difference));
+    case RowScore::ChiSquare:
+      return a + b == 0.0F ? sum : sum + difference * difference / (a + b);
+    case RowScore::Product:
+      return sum - a * b;
+    case RowScore::Least:
+      return sum - std::min(a, b);
+  }
+  return sum;
+}
+
 }  // namespace
+
+void best_rows(RowScore score, const RowBlocks& rows, const float* const* queries,
+               std::size_t count, std::size_t kept, BestRow* const* best) noexcept {
+  for (std::size_t q = 0; q < count; ++q) {
+    for (std::size_t row = 0; row < rows.block_count * kRowsInBlock; ++row) {
+      const float* values =
+          rows.blocks + row / kRowsInBlock * kRowsInBlock * rows.length + row % kRowsInBlock;
+      float sum = rows.bias[row];
+      for (std::size_t i = 0; i < rows.length; ++i) {
+        sum = sum_with(score, sum, queries[q][i], values[i * kRowsInBlock]);
+      }
+      std::size_t place = kept;
+      for (; place > 0 && sum < best[q][place - 1].score; --place) {
+        if (place < kept) best[q][place] = best[q][place - 1];
+      }
+      if (place < kept) best[q][place] = {sum, static_cast<std::int32_t>(row)};
+    }
+  }
+}
 
 void spin_votes(const OrientedPlanes& points, const SpinFrame& f,
                 std::span<const std::int32_t> others, const SpinVotes& votes) noexcept {

@@ -7,7 +7,6 @@
 
 #include "base/rng.h"
 #include "pipeline/descriptors/fpfh.h"
-#include "pipeline/kernels/nearest.h"
 #include "pipeline/kernels/target.h"
 #include "pipeline/keypoints/iss.h"
 #include "pipeline/keypoints/uniform.h"
@@ -166,34 +165,8 @@ void register_features() {
   });
 }
 
-/// 300 descriptors against 1500, 33 dimensions: best two.
-void nearest_rows(benchmark::State& state, const std::string& target) {
-  if (!kernels::force_target(target)) std::abort();
-  FeatureMatrix model;
-  FeatureMatrix scene;
-  NearestRows search;
-  const test::ArenaMemory memory([&](Arena& arena) {
-    model.reserve(arena, 1500, 33);
-    scene.reserve(arena, 300, 33);
-    search.reserve(arena, 1500, 33);
-  });
-  Rng rng(2);
-  model.rows = 1500;
-  scene.rows = 300;
-  for (float& value : model.values) value = static_cast<float>(rng.uniform(0.0, 30.0));
-  for (float& value : scene.values) value = static_cast<float>(rng.uniform(0.0, 30.0));
-  std::vector<NearestTwo> found(300);
-  search.build(model);
-  for (auto _ : state) search.find(scene, found);
-  benchmark::DoNotOptimize(found.data());
-  if (!kernels::force_target("")) std::abort();
-}
-
 void register_kernels() {
   for (const std::string& target : kernels::target_names()) {
-    benchmark::RegisterBenchmark(("kernel/nearest_300x1500x33/" + target).c_str(),
-                                 [target](benchmark::State& state) { nearest_rows(state, target); })
-        ->Unit(benchmark::kMillisecond);
     const auto forced = [&target](const char* name, auto step) {
       benchmark::RegisterBenchmark((std::string("kernel/") + name + "/" + target).c_str(),
                                    [target, step](benchmark::State& state) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/rng.h"
@@ -114,6 +116,72 @@ TEST_F(NearestFeatureTest, RowsOfZerosMatchNothing) {
     EXPECT_NE(pair.source, 7);
     EXPECT_NE(pair.target, 11);
   }
+}
+
+/// Every metric, with and without scaling of the rows.
+class EveryMetric : public NearestFeatureTest,
+                    public testing::WithParamInterface<std::tuple<std::size_t, Normalise>> {
+ protected:
+  [[nodiscard]] NearestFeatureParams params(Engine engine) const {
+    NearestFeatureParams p;
+    p.metric = static_cast<Metric>(std::get<0>(GetParam()));
+    p.normalise = std::get<1>(GetParam());
+    p.source_factor = 1.5;
+    p.target_factor = 2.0;
+    p.top = 2;
+    p.engine = engine;
+    return p;
+  }
+  [[nodiscard]] std::vector<double> distances(Engine engine, bool mutual) {
+    NearestFeatureParams p = params(engine);
+    p.mutual = mutual;
+    match(p);
+    std::vector<double> list;
+    for (const Correspondence& pair : pairs_) list.push_back(static_cast<double>(pair.distance));
+    return list;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Metrics, EveryMetric,
+                         testing::Combine(testing::Range<std::size_t>(0, kMetricNames.size()),
+                                          testing::Values(Normalise::No, Normalise::Yes)),
+                         [](const auto& given) {
+                           return std::string(kMetricNames[std::get<0>(given.param)]) +
+                                  (std::get<1>(given.param) == Normalise::Yes ? "_normalised" : "");
+                         });
+
+TEST_P(EveryMetric, FastFindsWhatPlainLoopsFind) {
+  for (std::size_t i = 0; i < 60; i += 3) source_.row(i)[i % 33] = 0.0F;
+  for (std::size_t i = 0; i < 80; i += 5) target_.row(i)[i % 33] = 0.0F;
+  for (const bool mutual : {false, true}) {
+    const std::vector<double> fast = distances(Engine::Fast, mutual);
+    const std::vector<double> plain = distances(Engine::Reference, mutual);
+    ASSERT_EQ(fast.size(), plain.size());
+    EXPECT_GT(fast.size(), 2U);
+    for (std::size_t i = 0; i < fast.size(); ++i) {
+      // Sums of a hundred floats, some of them differences of products a thousand times larger.
+      if (std::isinf(plain[i])) continue;
+      EXPECT_NEAR(fast[i], plain[i], 1e-4 * (1.0 + std::fabs(plain[i])));
+    }
+  }
+}
+
+TEST_F(NearestFeatureTest, RowsOfAnotherLengthAndMoreThanReservedAreRefused) {
+  FeatureMatrix other;
+  const test::ArenaMemory other_memory([&](Arena& arena) { other.reserve(arena, 4, 20); });
+  other.rows = 4;
+  NearestFeature matcher({});
+  Limits limits;
+  limits.max_keypoints = 50;
+  const test::ArenaMemory memory([&](Arena& arena) { matcher.reserve(arena, limits); });
+  EXPECT_EQ(matcher.match(source_, other, pairs_).error().code, Code::BadParameter);
+  EXPECT_EQ(matcher.match(source_, target_, pairs_).error().code, Code::CapacityExceeded);
+}
+
+TEST_F(NearestFeatureTest, NothingMatchesAnEmptyMatrix) {
+  target_.rows = 0;
+  match({});
+  EXPECT_TRUE(pairs_.empty());
 }
 
 TEST_F(NearestFeatureTest, MoreThanFitIsMarked) {

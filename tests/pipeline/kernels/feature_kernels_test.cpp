@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "base/rng.h"
@@ -99,6 +100,54 @@ TEST_P(FeatureKernel, SpinVotesHaveTheSameBitsAsPlainLoops) {
         ASSERT_EQ(votes.cell[i], expected.cell[i]);
         for (std::size_t k = 0; k < (angular ? 3U : 2U); ++k) {
           ASSERT_EQ(std::memcmp(&votes.value[k][i], &expected.value[k][i], sizeof(float)), 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_P(FeatureKernel, BestRowsAreThoseOfPlainLoops) {
+  using kernels::BestRow;
+  using kernels::RowScore;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Rng rng(23);
+  for (const std::size_t blocks : {1U, 2U, 23U}) {
+    for (const std::size_t length : {1U, 33U}) {
+      // Small whole numbers make real ties, whose order must not matter.
+      const auto numbers = [&](std::size_t count) {
+        std::vector<float> list(count);
+        for (float& value : list) value = static_cast<float>(rng.below(9));
+        return list;
+      };
+      const std::vector<float> rows = numbers(blocks * 8 * length);
+      std::vector<float> bias(blocks * 8, 0.0F);
+      bias[blocks * 8 - 3] = kInfinity;
+      const kernels::RowBlocks searched{rows.data(), bias.data(), blocks, length};
+      for (std::size_t score = 0; score < 7; ++score) {
+        for (const std::size_t count : {1U, 3U, 4U}) {
+          const std::vector<float> queries = numbers(count * length);
+          std::array<const float*, 4> group{};
+          std::array<std::array<BestRow, 3>, 4> found;
+          std::array<std::array<BestRow, 3>, 4> expected;
+          std::array<BestRow*, 4> lists{};
+          std::array<BestRow*, 4> expected_lists{};
+          for (std::size_t q = 0; q < count; ++q) {
+            group[q] = queries.data() + q * length;
+            found[q].fill({kInfinity, -1});
+            expected[q].fill({kInfinity, -1});
+            lists[q] = found[q].data();
+            expected_lists[q] = expected[q].data();
+          }
+          const auto kind = static_cast<RowScore>(score);
+          kernels::best_rows(kind, searched, group.data(), count, 3, lists.data());
+          kernels::reference::best_rows(kind, searched, group.data(), count, 3,
+                                        expected_lists.data());
+          for (std::size_t q = 0; q < count; ++q) {
+            for (std::size_t k = 0; k < 3; ++k) {
+              EXPECT_EQ(found[q][k].row, expected[q][k].row);
+              EXPECT_EQ(found[q][k].score, expected[q][k].score);
+            }
+          }
         }
       }
     }

@@ -10,7 +10,6 @@
 #include "base/rng.h"
 #include "pipeline/descriptors/pair_feature.h"
 #include "pipeline/kernels/depth_rows.h"
-#include "pipeline/kernels/nearest.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/reference.h"
 #include "pipeline/kernels/target.h"
@@ -214,79 +213,6 @@ TEST(PairBins, AgreeWithDoublePrecisionAwayFromTheBordersOfBins) {
     }
   }
   EXPECT_GT(compared, 800U);
-}
-
-struct Matrix {
-  FeatureMatrix features;
-  test::ArenaMemory memory;
-  Matrix(std::size_t rows, std::size_t dimension, std::uint64_t seed)
-      : memory([&](Arena& arena) { features.reserve(arena, rows, dimension); }) {
-    Rng rng(seed);
-    features.rows = rows;
-    for (std::size_t i = 0; i < rows; ++i) {
-      for (float& value : features.row(i)) value = static_cast<float>(rng.below(50));
-    }
-  }
-};
-
-TEST_P(Kernel, NearestTwoAreThoseOfPlainLoops) {
-  for (const std::size_t rows : {1U, 2U, 8U, 9U, 203U}) {
-    for (const std::size_t dimension : {1U, 33U}) {
-      const Matrix target(rows, dimension, 20 + rows);
-      const Matrix queries(7, dimension, 21);
-      NearestRows search;
-      const test::ArenaMemory memory([&](Arena& arena) { search.reserve(arena, rows, dimension); });
-      search.build(target.features);
-      std::vector<NearestTwo> found(7);
-      search.find(queries.features, found);
-      for (std::size_t q = 0; q < 7; ++q) {
-        // Small whole numbers: every sum is exact, so ties are real and the order must not matter.
-        std::vector<std::pair<float, std::int32_t>> all;
-        for (std::size_t row = 0; row < rows; ++row) {
-          float squared = 0.0F;
-          for (std::size_t i = 0; i < dimension; ++i) {
-            const float d = queries.features.row(q)[i] - target.features.row(row)[i];
-            squared += d * d;
-          }
-          all.emplace_back(squared, static_cast<std::int32_t>(row));
-        }
-        const auto zero = [](std::span<float> row) {
-          return std::all_of(row.begin(), row.end(), [](float v) { return v == 0.0F; });
-        };
-        std::erase_if(all, [&](const auto& entry) {
-          return zero(target.features.row(static_cast<std::size_t>(entry.second)));
-        });
-        if (zero(queries.features.row(q))) all.clear();
-        std::sort(all.begin(), all.end());
-        EXPECT_EQ(found[q].best, all.empty() ? -1 : all[0].second);
-        EXPECT_EQ(found[q].second, all.size() < 2 ? -1 : all[1].second);
-        if (!all.empty()) {
-          EXPECT_EQ(found[q].best_squared, all[0].first);
-        }
-        if (all.size() > 1) {
-          EXPECT_EQ(found[q].second_squared, all[1].first);
-        }
-      }
-    }
-  }
-}
-
-TEST_P(Kernel, RowsOfZerosAreNeverFoundAndFindNothing) {
-  const Matrix target(5, 33, 30);
-  const Matrix queries(2, 33, 31);
-  for (float& value : target.features.row(3)) value = 0.0F;
-  for (float& value : queries.features.row(1)) value = 0.0F;
-  for (float& value : queries.features.row(0)) value = 0.001F;
-  NearestRows search;
-  const test::ArenaMemory memory([&](Arena& arena) { search.reserve(arena, 5, 33); });
-  search.build(target.features);
-  std::vector<NearestTwo> found(2);
-  search.find(queries.features, found);
-  EXPECT_NE(found[0].best, 3);
-  EXPECT_NE(found[0].second, 3);
-  EXPECT_GE(found[0].best, 0);
-  EXPECT_EQ(found[1].best, -1);
-  EXPECT_EQ(found[1].second, -1);
 }
 
 }  // namespace
