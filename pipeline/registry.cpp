@@ -12,8 +12,13 @@
 #include "pipeline/keypoints/uniform.h"
 #include "pipeline/preprocess/normals.h"
 #include "pipeline/preprocess/voxel.h"
+#include "pipeline/reject/distance.h"
+#include "pipeline/reject/graph.h"
 #include "pipeline/reject/median.h"
+#include "pipeline/reject/one_to_one.h"
 #include "pipeline/reject/ransac.h"
+#include "pipeline/reject/surface_normal.h"
+#include "pipeline/reject/trimmed.h"
 
 namespace grapnel {
 namespace {
@@ -60,6 +65,16 @@ constexpr std::array kRejectors = {
         "median"),
     method<CorrespondenceRejector, RansacRejector, RansacRejectorParams, ransac_rejector_fields>(
         "ransac"),
+    method<CorrespondenceRejector, DistanceRejector, DistanceRejectorParams,
+           distance_rejector_fields>("distance"),
+    method<CorrespondenceRejector, OneToOneRejector, OneToOneRejectorParams,
+           one_to_one_rejector_fields>("one_to_one"),
+    method<CorrespondenceRejector, TrimmedRejector, TrimmedRejectorParams, trimmed_rejector_fields>(
+        "trimmed"),
+    method<CorrespondenceRejector, SurfaceNormalRejector, SurfaceNormalRejectorParams,
+           surface_normal_rejector_fields>("surface_normal"),
+    method<CorrespondenceRejector, GraphRejector, GraphRejectorParams, graph_rejector_fields>(
+        "graph"),
 };
 
 }  // namespace

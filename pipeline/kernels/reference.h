@@ -8,6 +8,7 @@
 #include "pipeline/kernels/depth_rows.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/pose_rating.h"
+#include "pipeline/kernels/rigid_pairs.h"
 #include "pipeline/kernels/spin_cells.h"
 #include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/kernels/within.h"
@@ -65,5 +66,11 @@ void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const
 
 [[nodiscard]] float rate_in_field(const OrientedPlanes& samples, std::size_t count,
                                   const Motion& motion, const LevelField& field) noexcept;
+
+std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& motion,
+                          float squared_m2) noexcept;
+
+void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
+                    const PairAgreement& agreement, std::uint64_t* bits) noexcept;
 
 }  // namespace grapnel::kernels::reference

@@ -101,4 +101,37 @@ void spin_votes(const OrientedPlanes& points, const SpinFrame& f,
   }
 }
 
+std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& m,
+                          float squared_m2) noexcept {
+  std::size_t inliers = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = pairs.sx[i];
+    const float y = pairs.sy[i];
+    const float z = pairs.sz[i];
+    const float dx = ((m.r[0] * x + m.r[1] * y) + (m.r[2] * z + m.t[0])) - pairs.tx[i];
+    const float dy = ((m.r[3] * x + m.r[4] * y) + (m.r[5] * z + m.t[1])) - pairs.ty[i];
+    const float dz = ((m.r[6] * x + m.r[7] * y) + (m.r[8] * z + m.t[2])) - pairs.tz[i];
+    if ((dx * dx + dy * dy) + dz * dz <= squared_m2) ++inliers;
+  }
+  return inliers;
+}
+
+void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
+                    const PairAgreement& agreement, std::uint64_t* bits) noexcept {
+  const auto length = [&](const float* x, const float* y, const float* z, std::size_t i) {
+    const float dx = x[i] - x[pair_i];
+    const float dy = y[i] - y[pair_i];
+    const float dz = z[i] - z[pair_i];
+    return std::sqrt((dx * dx + dy * dy) + dz * dz);
+  };
+  std::fill_n(bits, (count + 63) / 64, std::uint64_t{0});
+  for (std::size_t i = 0; i < count; ++i) {
+    const float source = length(pairs.sx, pairs.sy, pairs.sz, i);
+    const float target = length(pairs.tx, pairs.ty, pairs.tz, i);
+    if (std::fabs(source - target) > agreement.tolerance_m) continue;
+    if (std::min(source, target) >= agreement.min_length_m)
+      bits[i / 64] |= std::uint64_t{1} << (i % 64);
+  }
+}
+
 }  // namespace grapnel::kernels::reference

@@ -154,5 +154,34 @@ TEST_P(FeatureKernel, BestRowsAreThoseOfPlainLoops) {
   }
 }
 
+TEST_P(FeatureKernel, InliersAndAgreeingPairsAreThoseOfPlainLoops) {
+  for (const std::size_t count : {1U, 8U, 67U, 500U}) {
+    Points points(500);
+    // Targets near the sources: about half of the pairs are inliers, and many agree.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < 500; ++i) {
+        points.plane[3 + axis][i] =
+            points.plane[axis][i] + 0.02F * (points.plane[3 + axis][i] - 0.5F);
+      }
+    }
+    const kernels::PairPlanes pairs{points.plane[0].data(), points.plane[1].data(),
+                                    points.plane[2].data(), points.plane[3].data(),
+                                    points.plane[4].data(), points.plane[5].data()};
+    const kernels::RigidMotion motion{{0.8F, -0.6F, 0.0F, 0.6F, 0.8F, 0.0F, 0.0F, 0.0F, 1.0F},
+                                      {0.001F, -0.002F, 0.003F}};
+    const float squared = 0.03F * 0.03F;
+    const std::size_t inliers = kernels::reference::count_inliers(pairs, count, motion, squared);
+    EXPECT_EQ(kernels::count_inliers(pairs, count, motion, squared, 0), inliers);
+    // Told to beat more than there are, it may give up but must not count more.
+    EXPECT_LE(kernels::count_inliers(pairs, count, motion, squared, count), inliers);
+    std::vector<std::uint64_t> bits((count + 63) / 64, ~std::uint64_t{0});
+    std::vector<std::uint64_t> expected(bits.size());
+    const kernels::PairAgreement agreement{0.01F, 0.02F};
+    kernels::agreeing_pairs(pairs, count, count / 2, agreement, bits.data());
+    kernels::reference::agreeing_pairs(pairs, count, count / 2, agreement, expected.data());
+    EXPECT_EQ(bits, expected);
+  }
+}
+
 }  // namespace
 }  // namespace grapnel
