@@ -143,8 +143,8 @@ Status FreenectDevice::find_and_open(const std::string& serial, std::string& fou
 void FreenectDevice::open_motor() {
   if (units_ != 1) return;
   freenect_select_subdevices(context_, FREENECT_DEVICE_MOTOR);
+  // It stays selected: the library reads the accelerometer only then.
   if (freenect_open_device(context_, &motor_, 0) < 0) motor_ = nullptr;
-  freenect_select_subdevices(context_, FREENECT_DEVICE_CAMERA);
   // What the library said of a motor that is not there concerns nobody.
   gone_ = false;
   complaint_.clear();
