@@ -22,8 +22,6 @@ constexpr std::uint8_t kNoReading = 0xff;
 constexpr std::uint8_t kBlack = 0;
 
 constexpr std::uint32_t kTicksPerUs = 60;
-constexpr std::int32_t kPairing_ticks = 2'000 * 60;
-constexpr std::int64_t kColorWait_us = 12'000;
 constexpr suseconds_t kPump_us = 20'000;
 constexpr double kRate_hz = 30.0;
 // Nominal colour camera of the Kinect v1, used for registered depth (ROS openni_camera).
@@ -56,8 +54,9 @@ std::vector<std::string> serials_of(freenect_context* context) {
 
 FreenectDevice::FreenectDevice(FreenectOptions options)
     : options_(std::move(options)),
+      pairing_(options_.color, [this](FrameExchange::Slot& slot,
+                                      const std::vector<Rgb8>& color) { attach(slot, color); }),
       depth_clock_(kTicksPerUs),
-      color_(kKinectPixels),
       depth_raw_(kDepthPacket, kDepthRaw, kNoReading),
       color_raw_(kColorPacket, kColorRaw, kBlack) {}
 
@@ -172,9 +171,8 @@ CameraInfo FreenectDevice::describe(const std::string& serial) const {
 }
 
 Status FreenectDevice::start(FrameExchange& exchange, std::uint64_t generation) {
-  exchange_ = &exchange;
   generation_ = generation;
-  has_color_ = false;
+  pairing_.begin(exchange);
   depth_raw_.begin();
   color_raw_.begin();
   depth_packets_ = {};
@@ -192,9 +190,7 @@ Status FreenectDevice::pump() {
   if (gone_ || (result < 0 && result != kUsbInterrupted)) {
     return refuse(Code::SensorNotConnected, "the Kinect was disconnected");
   }
-  if (pending_ != nullptr && clock_.now_us() - pending_->stamp.arrival_us > kColorWait_us) {
-    publish_pending(false);
-  }
+  pairing_.tick(clock_.now_us());
   return {};
 }
 
@@ -204,8 +200,7 @@ void FreenectDevice::stop() noexcept {
   // Both by hand: the library's own closing stops only one of two running streams.
   freenect_stop_video(camera_);
   freenect_stop_depth(camera_);
-  if (pending_ != nullptr) exchange_->discard(pending_);
-  pending_ = nullptr;
+  pairing_.end();
 }
 
 void FreenectDevice::close() noexcept {
@@ -272,55 +267,32 @@ void FreenectDevice::fill_depth(const std::uint16_t* pixels, std::uint16_t* out)
 }
 
 void FreenectDevice::on_depth(const std::uint16_t* pixels, std::uint32_t ticks) {
-  publish_pending(false);
-  pending_ = exchange_->claim();
-  const std::int64_t device_us = depth_clock_.time_us(ticks);
-  if (pending_ != nullptr) {
-    pending_ticks_ = ticks;
-    pending_->stamp = {device_us, clock_.now_us(), 0, depth_packets_.lost, generation_};
-    fill_depth(pixels, pending_->depth.data());
-    if (!options_.color) {
-      publish_pending(false);
-    } else if (has_color_ && paired()) {
-      publish_pending(true);
-    }
+  depth_us_ = depth_clock_.time_us(ticks);
+  depth_ticks_ = ticks;
+  FrameExchange::Slot* const slot =
+      pairing_.depth_arrives({depth_us_, clock_.now_us(), 0, depth_packets_.lost, generation_});
+  if (slot != nullptr) {
+    fill_depth(pixels, slot->depth.data());
+    pairing_.depth_ready();
   }
   depth_raw_.next_frame();
 }
 
 void FreenectDevice::on_color(const Rgb8* pixels, std::uint32_t ticks) {
-  std::copy(pixels, pixels + kKinectPixels, color_.begin());
-  color_ticks_ = ticks;
-  color_lost_ = color_packets_.lost;
-  has_color_ = true;
+  // One counter stamps both streams.
+  const auto after_depth = static_cast<std::int32_t>(ticks - depth_ticks_);
+  const std::int64_t color_us = depth_us_ + after_depth / static_cast<std::int32_t>(kTicksPerUs);
+  pairing_.color_arrives(pixels, kKinectPixels, color_us, color_packets_.lost);
   color_raw_.next_frame();
-  if (pending_ == nullptr) return;
-  const bool later = static_cast<std::int32_t>(color_ticks_ - pending_ticks_) > 0;
-  if (paired()) {
-    publish_pending(true);
-  } else if (later) {
-    publish_pending(false);
-  }
 }
 
-bool FreenectDevice::paired() const noexcept {
-  return std::abs(static_cast<std::int32_t>(color_ticks_ - pending_ticks_)) <= kPairing_ticks;
-}
-
-void FreenectDevice::publish_pending(bool with_color) {
-  FrameExchange::Slot* const slot = std::exchange(pending_, nullptr);
-  if (slot == nullptr) return;
-  if (with_color) {
-    slot->has_color = true;
-    slot->stamp.lost_packets += color_lost_;
-    if (options_.depth == FreenectDepth::Registered) {
-      std::copy(color_.begin(), color_.end(), slot->color.begin());
-    } else {
-      const double mm_per_unit = options_.depth == FreenectDepth::Raw ? 1e3 * kFineUnit_m : 1.0;
-      map_->color_of_depth(slot->depth.data(), mm_per_unit, color_.data(), slot->color.data());
-    }
+void FreenectDevice::attach(FrameExchange::Slot& slot, const std::vector<Rgb8>& color) {
+  if (options_.depth == FreenectDepth::Registered) {
+    std::copy(color.begin(), color.end(), slot.color.begin());
+    return;
   }
-  exchange_->publish(slot);
+  const double mm_per_unit = options_.depth == FreenectDepth::Raw ? 1e3 * kFineUnit_m : 1.0;
+  map_->color_of_depth(slot.depth.data(), mm_per_unit, color.data(), slot.color.data());
 }
 
 std::vector<std::string> list_kinects() {

@@ -11,6 +11,7 @@
 #include "drivers/freenect/freenect_options.h"
 #include "drivers/freenect/packet_assembler.h"
 #include "drivers/freenect/registration_map.h"
+#include "drivers/live/color_pairing.h"
 #include "drivers/live/frame_timer.h"
 #include "drivers/live/sensor_device.h"
 
@@ -49,8 +50,7 @@ class FreenectDevice final : public SensorDevice {
   void on_depth(const std::uint16_t* pixels, std::uint32_t ticks);
   void on_color(const Rgb8* pixels, std::uint32_t ticks);
   void fill_depth(const std::uint16_t* pixels, std::uint16_t* out) const noexcept;
-  [[nodiscard]] bool paired() const noexcept;
-  void publish_pending(bool with_color);
+  void attach(FrameExchange::Slot& slot, const std::vector<Rgb8>& color);
 
   const FreenectOptions options_;
   const MonotonicClock clock_;
@@ -64,15 +64,11 @@ class FreenectDevice final : public SensorDevice {
   bool streaming_ = false;
   bool gone_ = false;
 
-  FrameExchange* exchange_ = nullptr;
   std::uint64_t generation_ = 0;
-  FrameExchange::Slot* pending_ = nullptr;  // depth that waits for its colour
-  std::uint32_t pending_ticks_ = 0;
+  ColorPairing pairing_;
   TickUnwrapper depth_clock_;
-  std::vector<Rgb8> color_;
-  std::uint32_t color_ticks_ = 0;
-  std::uint32_t color_lost_ = 0;
-  bool has_color_ = false;
+  std::uint32_t depth_ticks_ = 0;
+  std::int64_t depth_us_ = 0;
   Packets depth_packets_;
   Packets color_packets_;
   PacketAssembler depth_raw_;

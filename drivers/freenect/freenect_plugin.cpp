@@ -20,7 +20,7 @@ grapnel::Camera* create(const char* options_toml, const grapnel::Clock*, char* p
         grapnel::read_freenect_options(grapnel::parse_config(options_toml, "camera"));
     grapnel::LiveDriver driver;
     driver.make_device = [options] { return std::make_unique<grapnel::FreenectDevice>(options); };
-    driver.launch = &grapnel::launch_on_own_thread;
+    driver.launch = &grapnel::launch_session_on_own_thread;
     driver.serial = options.serial;
     driver.latency_us = kHalfFrame_us;
     return std::make_unique<grapnel::LiveCamera>(driver).release();
@@ -39,7 +39,7 @@ int list(char* lines, std::size_t bytes) {
         for (std::string& line : found) line += " Kinect v1";
         return found;
       },
-      lines, bytes);
+      &grapnel::launch_on_own_thread, lines, bytes);
 }
 
 constexpr GrapnelCameraPlugin kPlugin = {kGrapnelCameraAbi, "freenect", &create, &destroy, &list};

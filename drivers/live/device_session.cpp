@@ -79,7 +79,7 @@ void DeviceSession::fail(const Error& error) {
 
 void DeviceSession::run() noexcept {
   try {
-    if (open()) {
+    if (!end_.load() && open()) {
       while (!end_.load() && turn()) {
       }
     }

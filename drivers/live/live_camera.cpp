@@ -20,13 +20,17 @@ std::int64_t now_us() noexcept { return MonotonicClock().now_us(); }
 
 }  // namespace
 
-bool launch_on_own_thread(DeviceSession* session) {
+bool launch_on_own_thread(std::function<void()> task) {
   try {
-    std::thread([session] { session->run(); }).detach();
+    std::thread(std::move(task)).detach();
   } catch (const std::system_error&) {
     return false;
   }
   return true;
+}
+
+bool launch_session_on_own_thread(DeviceSession* session) {
+  return launch_on_own_thread([session] { session->run(); });
 }
 
 LiveCamera::LiveCamera(LiveDriver driver)

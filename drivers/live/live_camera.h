@@ -112,7 +112,9 @@ class LiveCamera final : public Camera {
   std::string problem_;
 };
 
-/// Runs the session on a thread of its own that nobody waits for.
-[[nodiscard]] bool launch_on_own_thread(DeviceSession* session);
+/// Runs a task on a thread of its own that nobody waits for. False: there is none to be had.
+[[nodiscard]] bool launch_on_own_thread(std::function<void()> task);
+/// The same for a session.
+[[nodiscard]] bool launch_session_on_own_thread(DeviceSession* session);
 
 }  // namespace grapnel

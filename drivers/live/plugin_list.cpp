@@ -4,17 +4,26 @@
 #include <cstdio>
 #include <exception>
 #include <future>
-#include <thread>
+#include <memory>
 #include <utility>
 
 namespace grapnel {
 
-int list_in_time(std::function<std::vector<std::string>()> find, char* lines, std::size_t bytes) {
+int list_in_time(std::function<std::vector<std::string>()> find, TaskLaunch launch, char* lines,
+                 std::size_t bytes) {
   if (bytes > 0) lines[0] = '\0';
   try {
-    std::packaged_task<std::vector<std::string>()> task(std::move(find));
-    std::future<std::vector<std::string>> answer = task.get_future();
-    std::thread(std::move(task)).detach();
+    using Task = std::packaged_task<std::vector<std::string>()>;
+    auto owned = std::make_unique<Task>(std::move(find));
+    std::future<std::vector<std::string>> answer = owned->get_future();
+    // Ends with the thread that runs it, however late.
+    Task* const task = owned.get();
+    const auto run = [task] {
+      const std::unique_ptr<Task> mine(task);
+      (*mine)();
+    };
+    if (!launch(run)) return 0;
+    static_cast<void>(owned.release());
     if (answer.wait_for(std::chrono::seconds(3)) != std::future_status::ready) return 0;
     const std::vector<std::string> found = answer.get();
     std::string text;
