@@ -9,6 +9,8 @@
 #include "pipeline/keypoints/curvature.h"
 #include "pipeline/keypoints/harris3d.h"
 #include "pipeline/keypoints/iss.h"
+#include "pipeline/keypoints/narf.h"
+#include "pipeline/keypoints/sift3d.h"
 #include "pipeline/keypoints/uniform.h"
 #include "pipeline/preprocess/normals.h"
 #include "pipeline/preprocess/voxel.h"
@@ -46,6 +48,8 @@ constexpr std::array kNormals = {
 constexpr std::array kDetectors = {
     method<KeypointDetector, IssDetector, IssParams, iss_fields>("iss"),
     method<KeypointDetector, HarrisDetector, HarrisParams, harris_fields>("harris3d"),
+    method<KeypointDetector, SiftDetector, SiftParams, sift_fields>("sift3d"),
+    method<KeypointDetector, NarfDetector, NarfParams, narf_fields>("narf"),
     method<KeypointDetector, CurvatureDetector, CurvatureKeypointParams, curvature_keypoint_fields>(
         "principal_curvature"),
     method<KeypointDetector, UniformDetector, UniformParams, uniform_fields>("uniform"),

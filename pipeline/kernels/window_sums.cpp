@@ -171,6 +171,7 @@ void AddNormals(const PointPlanes& points, const NormalPlanes& normals,
     for (const PointRange& range : ranges) {
       for (std::int32_t i = range.begin + lane; i < range.end; i += kPartials) {
         const auto inside = Inside(points, i, range.end, sphere);
+        if (hn::AllFalse(d, inside)) continue;
         const V weight = hn::IfThenElseZero(inside, hn::LoadU(d, normals.weight + i));
         const V kx = hn::Mul(weight, hn::Sub(hn::LoadU(d, normals.x + i), ax));
         const V ky = hn::Mul(weight, hn::Sub(hn::LoadU(d, normals.y + i), ay));

@@ -78,6 +78,7 @@ void MomentLanes(const PointPlanes& points, std::span<const PointRange> ranges,
       const auto here = hn::Add(hn::Set(di, i), count_up);
       const auto in_range = hn::RebindMask(df, hn::Lt(here, hn::Set(di, range.end)));
       const auto inside = hn::And(in_range, hn::Le(squared, limit));
+      if (hn::AllFalse(df, inside)) continue;
       const V kx = hn::IfThenElseZero(inside, dx);
       const V ky = hn::IfThenElseZero(inside, dy);
       const V kz = hn::IfThenElseZero(inside, dz);

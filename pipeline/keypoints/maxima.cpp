@@ -20,8 +20,8 @@ std::span<Keypoint> LocalMaxima::find(NeighbourSearch& search, std::span<const f
   for (std::size_t position = 0; position < scores.size(); ++position) {
     const float own = ordered_[position];
     if (!(own >= threshold)) continue;
+    if (search.exceeded(position, radius_m, ordered_.data())) continue;
     const std::size_t i = search.point_at(position);
-    if (search.exceeded(i, radius_m, ordered_.data(), own)) continue;
     if (min_neighbours > 1 && search.within(i, radius_m).size() < min_neighbours) continue;
     candidates_[count++] = {static_cast<std::int32_t>(i), own, radius_m};
   }

@@ -137,11 +137,21 @@ kernels::SphereMoments NeighbourSearch::normal_moments(std::size_t point_i, floa
   return kernels::fold(partial);
 }
 
-bool NeighbourSearch::exceeded(std::size_t point_i, float radius_m, const float* values,
-                               float own) const noexcept {
-  GRAPNEL_ASSERT(surface_ != nullptr && point_i < surface_->size);
-  const Vec3f place = surface_->point(point_i);
-  const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
+bool NeighbourSearch::exceeded(std::size_t position, float radius_m,
+                               const float* values) const noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr && position < surface_->size);
+  const Vec3f place(x_[position], y_[position], z_[position]);
+  const float squared = radius_m * radius_m;
+  const float own = values[position];
+  // The points before and behind mostly lie near, and mostly one of them decides.
+  const std::size_t first = position < 2 ? 0 : position - 2;
+  const std::size_t last = std::min(position + 3, surface_->size);
+  for (std::size_t i = first; i < last; ++i) {
+    if (values[i] > own && (Vec3f(x_[i], y_[i], z_[i]) - place).squaredNorm() <= squared) {
+      return true;
+    }
+  }
+  const kernels::Sphere sphere{place.x(), place.y(), place.z(), squared};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
   bool found = false;
   for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {

@@ -53,10 +53,11 @@ class NeighbourSearch {
                                                       const kernels::NormalPlanes& normals,
                                                       const Vec3f& about) const noexcept;
 
-  /// Whether a point within `radius_m` of point `point_i` has a value above `own`; `values` in the
-  /// search's order with kernels::kSlack elements behind. Stops at the first one.
-  [[nodiscard]] bool exceeded(std::size_t point_i, float radius_m, const float* values,
-                              float own) const noexcept;
+  /// Whether a point within `radius_m` of the point at a position of the search's order has a
+  /// larger value than it; `values` in that order with kernels::kSlack elements behind. Stops at
+  /// the first one.
+  [[nodiscard]] bool exceeded(std::size_t position, float radius_m,
+                              const float* values) const noexcept;
 
   /// The search's order: index of the point at a position, 0…size - 1. Neighbours lie near.
   [[nodiscard]] std::size_t point_at(std::size_t position) const noexcept {

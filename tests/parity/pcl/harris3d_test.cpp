@@ -106,8 +106,9 @@ class HarrisAgainstPcl : public testing::TestWithParam<Case> {
     const Both both(surface, params(radius_m, false));
     ASSERT_EQ(both.theirs.size(), surface.size);
     // PCL sums products of unit vectors in single precision; so does the fast engine. Its smallest
-    // eigenvalue comes from the cubic's roots in single precision, good to a few 1e-5 of the trace.
-    const double tolerance = GetParam().response == HarrisResponse::Tomasi ? 5e-5 : 2e-6;
+    // eigenvalue comes from the cubic's roots in single precision, good to about the root of its
+    // epsilon.
+    const double tolerance = GetParam().response == HarrisResponse::Tomasi ? 3e-4 : 2e-6;
     for (std::size_t i = 0; i < surface.size; ++i) {
       ASSERT_NEAR(both.detector.responses()[i], both.theirs[i].intensity, tolerance) << i;
     }

@@ -1,0 +1,357 @@
+#include "pipeline/keypoints/range_borders.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/neighbours/symmetric3.h"
+
+namespace grapnel {
+
+namespace {
+
+/// Offsets of the four sides; a side's opposite differs in the last bit of its index.
+constexpr std::array<int, 4> kDu = {-1, 1, 0, 0};
+constexpr std::array<int, 4> kDv = {0, 0, -1, 1};
+/// Sides of an obstacle in a pixel's traits while they are classified.
+constexpr unsigned kFirstSide = 4;
+
+constexpr int kMaxPlaneRadius = 4;
+constexpr std::size_t kMaxPatch =
+    static_cast<std::size_t>((2 * kMaxPlaneRadius + 1) * (2 * kMaxPlaneRadius + 1));
+
+/// Eigenvector of the largest eigenvalue.
+Vec3d largest_eigenvector(const Symmetric3& m) noexcept {
+  // The largest of m is the smallest of trace·I - m.
+  const double trace = m.xx + m.yy + m.zz;
+  const Symmetric3 rest = {trace - m.xx, -m.xy, -m.xz, trace - m.yy, -m.yz, trace - m.zz};
+  return smallest_eigenvector(rest, eigenvalues_symmetric3(rest));
+}
+
+}  // namespace
+
+void RangeBorders::reserve(Arena& arena, std::size_t max_pixels) {
+  reach_m2_ = arena.take<float>(max_pixels);
+  for (std::span<Vec3f>* plane : {&normal_, &mean_, &border_, &direction_}) {
+    *plane = arena.take<Vec3f>(max_pixels);
+  }
+  for (std::span<float>& plane : score_) plane = arena.take<float>(max_pixels);
+  for (std::span<std::int32_t>& plane : shadow_) plane = arena.take<std::int32_t>(max_pixels);
+  before_ = arena.take<float>(max_pixels);
+  traits_ = arena.take<std::uint8_t>(max_pixels);
+  change_ = arena.take<float>(max_pixels);
+}
+
+/// Plane through the patch's points that lie on the pixel's own surface: nearer than twice the
+/// distance of as many nearest points as half the patch's edge squared holds (9 of 25).
+void RangeBorders::fit_surface(int u, int v) noexcept {
+  const RangeImage& image = *image_;
+  const std::size_t pixel = image.at(u, v);
+  reach_m2_[pixel] = -1.0F;
+  if (!image.valid(pixel)) return;
+  const int radius = std::min(params_.plane_radius_px, kMaxPlaneRadius);
+  const int step = std::max(1, radius / 2);
+  const auto edge = static_cast<std::size_t>(radius / step + 1);
+  const Vec3d own = image.place(pixel);
+  std::array<double, kMaxPatch> squared{};
+  std::array<double, kMaxPatch> ordered{};
+  std::array<Vec3d, kMaxPatch> offset;
+  std::size_t count = 0;
+  for (int v2 = v - radius; v2 <= v + radius; v2 += step) {
+    for (int u2 = u - radius; u2 <= u + radius; u2 += step) {
+      if (!image.valid(u2, v2)) continue;
+      offset[count] = image.place(image.at(u2, v2)) - own;
+      squared[count] = offset[count].squaredNorm();
+      ordered[count] = squared[count];
+      ++count;
+    }
+  }
+  const std::size_t nearest = std::min(count, edge * edge);
+  const auto middle = ordered.begin() + static_cast<std::ptrdiff_t>(nearest - 1);
+  std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(count));
+  Symmetric3 sum;
+  Vec3d mean = Vec3d::Zero();
+  double used = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (squared[i] > 4.0 * *middle) continue;
+    sum.add(offset[i].x(), offset[i].y(), offset[i].z());
+    mean += offset[i];
+    used += 1.0;
+  }
+  if (used < 3.0) return;
+  mean /= used;
+  const Symmetric3 spread = {
+      sum.xx / used - mean.x() * mean.x(), sum.xy / used - mean.x() * mean.y(),
+      sum.xz / used - mean.x() * mean.z(), sum.yy / used - mean.y() * mean.y(),
+      sum.yz / used - mean.y() * mean.z(), sum.zz / used - mean.z() * mean.z()};
+  Vec3d normal = smallest_eigenvector(spread, eigenvalues_symmetric3(spread));
+  if (normal.dot(own) > 0.0) normal = -normal;
+  reach_m2_[pixel] = static_cast<float>(*middle);
+  normal_[pixel] = normal.cast<float>();
+  mean_[pixel] = (own + mean).cast<float>();
+}
+
+/// How far the surface beside a pixel jumps away (positive) or toward the camera (negative), -1…1;
+/// 0 within the pixel's own reach. The neighbour is the mean of `radius` pixels in the direction.
+float RangeBorders::distance_change(int u, int v, int du, int dv, int radius) const noexcept {
+  const RangeImage& image = *image_;
+  const std::size_t pixel = image.at(u, v);
+  if (image.inside(u + du, v + dv) &&
+      image.kind[image.at(u + du, v + dv)] == RangeImage::Pixel::Far) {
+    return 1.0F;
+  }
+  Vec3d mean = Vec3d::Zero();
+  double range = 0.0;
+  double count = 0.0;
+  for (int step = 1; step <= radius; ++step) {
+    const int u2 = u + step * du;
+    const int v2 = v + step * dv;
+    if (!image.valid(u2, v2)) continue;
+    const std::size_t other = image.at(u2, v2);
+    mean += image.place(other);
+    range += static_cast<double>(image.range[other]);
+    count += 1.0;
+  }
+  if (count == 0.0) return 0.0F;
+  const double squared = (mean / count - image.place(pixel)).squaredNorm();
+  const auto reach = static_cast<double>(reach_m2_[pixel]);
+  if (squared <= reach) return 0.0F;
+  const double score = 1.0 - std::sqrt(reach / squared);
+  return static_cast<float>(range / count < static_cast<double>(image.range[pixel]) ? -score
+                                                                                    : score);
+}
+
+/// Pulls a score toward those around it, where that can lift it to a border.
+float RangeBorders::smoothed(std::span<const float> scores, int u, int v) const noexcept {
+  constexpr double kBonus = 0.5;
+  const auto own = static_cast<double>(scores[image_->at(u, v)]);
+  if (own + kBonus * (1.0 - own) < params_.min_probability) return static_cast<float>(own);
+  double sum = 0.0;
+  double count = 0.0;
+  for (int v2 = v - 1; v2 <= v + 1; ++v2) {
+    for (int u2 = u - 1; u2 <= u + 1; ++u2) {
+      if (!image_->inside(u2, v2) || (u2 == u && v2 == v)) continue;
+      sum += static_cast<double>(scores[image_->at(u2, v2)]);
+      count += 1.0;
+    }
+  }
+  const double mean = count > 0.0 ? sum / count : 0.0;
+  if (mean * own < 0.0) return static_cast<float>(own);
+  return static_cast<float>(own + kBonus * mean * (1.0 - std::fabs(own)));
+}
+
+void RangeBorders::score_borders() noexcept {
+  const RangeImage& image = *image_;
+  for (std::size_t side = 0; side < kSides; ++side) {
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        const std::size_t pixel = image.at(u, v);
+        before_[pixel] = reach_m2_[pixel] < 0.0F ? 0.0F
+                                                 : distance_change(u, v, kDu[side], kDv[side],
+                                                                   params_.border_radius_px);
+      }
+    }
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        score_[side][image.at(u, v)] = smoothed(before_, u, v);
+      }
+    }
+  }
+}
+
+/// The shadow border that belongs to a border's score, -1 when there is none: the pixel beside it
+/// with the strongest jump toward the camera from the other side. A score without one becomes 0.
+std::int32_t RangeBorders::shadow_of(std::size_t side, int u, int v) noexcept {
+  const RangeImage& image = *image_;
+  float& score = score_[side][image.at(u, v)];
+  if (static_cast<double>(score) < params_.min_probability) return -1;
+  const int u1 = u + kDu[side];
+  const int v1 = v + kDv[side];
+  if (score == 1.0F && image.inside(u1, v1) &&
+      image.kind[image.at(u1, v1)] == RangeImage::Pixel::Far) {
+    return static_cast<std::int32_t>(image.at(u1, v1));
+  }
+  float best = 0.0F;
+  std::int32_t shadow = -1;
+  for (int step = 1; step <= params_.border_radius_px; ++step) {
+    const int u2 = u + step * kDu[side];
+    const int v2 = v + step * kDv[side];
+    if (!image.inside(u2, v2)) continue;
+    const float other = score_[side ^ 1U][image.at(u2, v2)];
+    if (!(other < best)) continue;
+    best = other;
+    shadow = static_cast<std::int32_t>(image.at(u2, v2));
+  }
+  if (shadow >= 0) {
+    const double rest = 1.0 + static_cast<double>(best);
+    score =
+        static_cast<float>(static_cast<double>(score) * std::max(0.9, 1.0 - rest * rest * rest));
+    if (static_cast<double>(score) >= params_.min_probability) return shadow;
+  }
+  score = 0.0F;
+  return -1;
+}
+
+/// Whether no pixel on the way to the shadow, nor the one before, has a larger score.
+bool RangeBorders::largest_along(std::size_t side, int u, int v,
+                                 std::int32_t shadow) const noexcept {
+  const RangeImage& image = *image_;
+  const std::span<const float> scores = score_[side];
+  const float own = scores[image.at(u, v)];
+  const int before_u = u - kDu[side];
+  const int before_v = v - kDv[side];
+  if (image.inside(before_u, before_v) && scores[image.at(before_u, before_v)] > own) return false;
+  for (int step = 1; step <= params_.border_radius_px; ++step) {
+    const int u2 = u + step * kDu[side];
+    const int v2 = v + step * kDv[side];
+    if (!image.inside(u2, v2)) continue;
+    const std::size_t other = image.at(u2, v2);
+    if (static_cast<std::int32_t>(other) == shadow) return true;
+    if (scores[other] > own) return false;
+  }
+  return true;
+}
+
+void RangeBorders::classify() noexcept {
+  const RangeImage& image = *image_;
+  std::fill_n(traits_.begin(), image.pixels(), std::uint8_t{0});
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      for (std::size_t side = 0; side < kSides; ++side) {
+        shadow_[side][image.at(u, v)] = shadow_of(side, u, v);
+      }
+    }
+  }
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      const std::size_t pixel = image.at(u, v);
+      for (std::size_t side = 0; side < kSides; ++side) {
+        const std::int32_t shadow = shadow_[side][pixel];
+        if (shadow < 0 || !largest_along(side, u, v, shadow)) continue;
+        traits_[pixel] |= static_cast<std::uint8_t>(kObstacle | (1U << (kFirstSide + side)));
+        traits_[static_cast<std::size_t>(shadow)] |= kShadow;
+        for (int step = 1;; ++step) {
+          const std::size_t between = image.at(u + step * kDu[side], v + step * kDv[side]);
+          if (static_cast<std::int32_t>(between) == shadow) break;
+          traits_[between] |= kVeil;
+        }
+      }
+    }
+  }
+}
+
+/// From an obstacle border across it, in the pixel's plane; zero where there is none.
+Vec3f RangeBorders::border_direction(int u, int v) const noexcept {
+  const RangeImage& image = *image_;
+  const std::size_t pixel = image.at(u, v);
+  int du = 0;
+  int dv = 0;
+  for (std::size_t side = 0; side < kSides; ++side) {
+    if ((traits_[pixel] & (1U << (kFirstSide + side))) == 0) continue;
+    du += kDu[side];
+    dv += kDv[side];
+  }
+  if (du == 0 && dv == 0) return Vec3f::Zero();
+  const Vec3d ray((u + du - image.cx) / image.fx, (v + dv - image.cy) / image.fy, 1.0);
+  const Vec3d normal = normal_[pixel].cast<double>();
+  const double slope = normal.dot(ray);
+  if (slope == 0.0) return Vec3f::Zero();
+  const Vec3d beside = ray * (normal.dot(mean_[pixel].cast<double>()) / slope);
+  const Vec3d along = beside - image.place(pixel);
+  const double length = along.norm();
+  return length > 0.0 ? Vec3f((along / length).cast<float>()) : Vec3f(Vec3f::Zero());
+}
+
+/// Mean of the border directions around each border, those across another border left out; borders
+/// with too few are dropped. Into direction_.
+void RangeBorders::average_directions() noexcept {
+  const RangeImage& image = *image_;
+  constexpr float kMinCosine = -0.5F;  // 120 degrees
+  const int radius = params_.direction_radius_px;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      const std::size_t pixel = image.at(u, v);
+      const Vec3f own = border_[pixel];
+      direction_[pixel].setZero();
+      if (own.isZero(0.0F)) continue;
+      Vec3f sum = own;
+      int count = 1;
+      for (int v2 = std::max(0, v - radius); v2 <= std::min(v + radius, image.height - 1); ++v2) {
+        for (int u2 = std::max(0, u - radius); u2 <= std::min(u + radius, image.width - 1); ++u2) {
+          const Vec3f& other = border_[image.at(u2, v2)];
+          if (other.isZero(0.0F) || (u2 == u && v2 == v)) continue;
+          if (other.dot(own) < kMinCosine) continue;
+          const double between =
+              std::fabs(static_cast<double>(distance_change(u, v, u2 - u, v2 - v, 1)));
+          if (between >= 0.95 * params_.min_probability) continue;
+          sum += other;
+          ++count;
+        }
+      }
+      if (count >= radius + 1) direction_[pixel] = sum / sum.norm();
+    }
+  }
+}
+
+/// Change of a pixel that is no border: spread of the normals along the eight beams around it.
+void RangeBorders::measure_change(int u, int v, double min_change) noexcept {
+  const RangeImage& image = *image_;
+  const std::size_t pixel = image.at(u, v);
+  if (reach_m2_[pixel] < 0.0F) return;
+  Symmetric3 sum;
+  Vec3d mean = Vec3d::Zero();
+  double count = 0.0;
+  const Vec3d own = normal_[pixel].cast<double>();
+  for (int beam = 0; beam < 9; ++beam) {
+    if (beam == 4) continue;
+    for (int step = 1; step <= params_.curvature_radius_px; ++step) {
+      const int u2 = u + step * (beam % 3 - 1);
+      const int v2 = v + step * (beam / 3 - 1);
+      if (!image.valid(u2, v2)) continue;
+      const std::size_t other = image.at(u2, v2);
+      if (excluded(other)) break;
+      if (reach_m2_[other] < 0.0F) continue;
+      const Vec3d d = normal_[other].cast<double>() - own;
+      sum.add(d.x(), d.y(), d.z());
+      mean += d;
+      count += 1.0;
+    }
+  }
+  if (count < 3.0) return;
+  mean /= count;
+  const Symmetric3 spread = {
+      sum.xx / count - mean.x() * mean.x(), sum.xy / count - mean.x() * mean.y(),
+      sum.xz / count - mean.x() * mean.z(), sum.yy / count - mean.y() * mean.y(),
+      sum.yz / count - mean.y() * mean.z(), sum.zz / count - mean.z() * mean.z()};
+  const double change = std::sqrt(std::max(0.0, eigenvalues_symmetric3(spread)[2]));
+  change_[pixel] = static_cast<float>(change);
+  if (change >= min_change) direction_[pixel] = largest_eigenvector(spread).cast<float>();
+}
+
+void RangeBorders::extract(const RangeImage& image, const BorderParams& params,
+                           double min_change) noexcept {
+  image_ = &image;
+  params_ = params;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) fit_surface(u, v);
+  }
+  score_borders();
+  classify();
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) border_[image.at(u, v)] = border_direction(u, v);
+  }
+  average_directions();
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      const std::size_t pixel = image.at(u, v);
+      change_[pixel] = 0.0F;
+      if (excluded(pixel)) continue;
+      if (!direction_[pixel].isZero(0.0F)) {
+        change_[pixel] = 1.0F;
+      } else {
+        measure_change(u, v, min_change);
+      }
+    }
+  }
+}
+
+}  // namespace grapnel
