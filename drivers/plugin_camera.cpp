@@ -3,6 +3,8 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "base/config_text.h"
@@ -17,6 +19,16 @@ struct CloseLibrary {
   void operator()(void* library) const noexcept { ::dlclose(library); }
 };
 using Library = std::unique_ptr<void, CloseLibrary>;
+
+Library load(const std::filesystem::path& file) {
+  Library library(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL));
+  if (library == nullptr) {
+    const char* const reason = ::dlerror();
+    throw InputError(file.string() +
+                     ": can't be loaded: " + (reason != nullptr ? reason : "unknown reason"));
+  }
+  return library;
+}
 
 /// Hands every call to the plug-in's camera and destroys it where it was made.
 class PluginCamera final : public Camera {
@@ -73,15 +85,30 @@ std::string options_of(const ConfigTable& camera) {
 
 }  // namespace
 
+std::string plugin_driver(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  const std::string_view prefix = "libgrapnel_camera_";
+  const std::string_view suffix = ".so";
+  if (!name.starts_with(prefix) || !name.ends_with(suffix)) return {};
+  return name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+}
+
+std::vector<std::string> plugin_devices(const std::filesystem::path& file) {
+  const Library library = load(file);
+  const GrapnelCameraPlugin& plugin = entry_of(file, library.get(), plugin_driver(file));
+  std::vector<std::string> devices;
+  std::array<char, 2048> lines{};
+  if (plugin.list == nullptr || plugin.list(lines.data(), lines.size()) <= 0) return devices;
+  lines.back() = '\0';
+  std::istringstream text(lines.data());
+  for (std::string line; std::getline(text, line);) devices.push_back(line);
+  return devices;
+}
+
 std::unique_ptr<Camera> load_plugin_camera(const std::filesystem::path& file,
                                            const std::string& driver, const ConfigTable& camera,
                                            const Clock& clock) {
-  Library library(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL));
-  if (library == nullptr) {
-    const char* const reason = ::dlerror();
-    throw InputError(file.string() +
-                     ": can't be loaded: " + (reason != nullptr ? reason : "unknown reason"));
-  }
+  Library library = load(file);
   const GrapnelCameraPlugin& plugin = entry_of(file, library.get(), driver);
   std::array<char, 256> problem{};
   Camera* const made =

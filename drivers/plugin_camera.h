@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/config.h"
@@ -18,5 +19,12 @@ namespace grapnel {
                                                          const std::string& driver,
                                                          const ConfigTable& camera,
                                                          const Clock& clock);
+
+/// The driver's name in a plug-in's file name, "" when it has none.
+[[nodiscard]] std::string plugin_driver(const std::filesystem::path& file);
+
+/// The devices that the plug-in sees, one line each: serial number and model. May take seconds.
+/// Throws InputError as above.
+[[nodiscard]] std::vector<std::string> plugin_devices(const std::filesystem::path& file);
 
 }  // namespace grapnel

@@ -5,6 +5,8 @@
 #include <string>
 #include <system_error>
 
+#include "base/input_error.h"
+#include "drivers/auto_camera.h"
 #include "drivers/plugin_camera.h"
 #include "drivers/replay/replay_camera.h"
 #include "drivers/synthetic/synthetic_camera.h"
@@ -37,7 +39,8 @@ std::string unknown_driver(const std::string& name) {
     names.emplace_back(driver.name);
     text += std::string(driver.name) + ", ";
   }
-  text += "or a plug-in that is installed, is";
+  names.emplace_back("auto");
+  text += "auto, or a plug-in that is installed, is";
   const std::string nearest = nearest_name(name, names);
   return nearest.empty() ? text : text + "; did you mean \"" + nearest + "\"?";
 }
@@ -61,9 +64,12 @@ std::unique_ptr<Camera> make_camera(const ConfigTable& camera, const Clock& cloc
   for (const CameraDriver& driver : kDrivers) {
     if (driver.name == name) return driver.make(camera, clock);
   }
+  const std::vector<std::filesystem::path> folders =
+      folders_of(reader.take_text("plugins", ""), camera);
+  if (name == "auto") return make_auto_camera(find_plugins(folders), camera, clock);
   if (!plain_name(name)) throw reader.problem("driver", unknown_driver(name));
   const std::string file = "libgrapnel_camera_" + name + ".so";
-  for (const auto& folder : folders_of(reader.take_text("plugins", ""), camera)) {
+  for (const auto& folder : folders) {
     if (!std::filesystem::exists(folder / file)) continue;
     try {
       return load_plugin_camera(folder / file, name, camera, clock);
@@ -72,6 +78,51 @@ std::unique_ptr<Camera> make_camera(const ConfigTable& camera, const Clock& cloc
     }
   }
   throw reader.problem("driver", unknown_driver(name));
+}
+
+std::vector<std::filesystem::path> find_plugins(const std::vector<std::filesystem::path>& folders) {
+  std::vector<std::filesystem::path> found;
+  for (const auto& folder : folders) {
+    std::error_code code;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
+      const std::string name = plugin_driver(entry.path());
+      const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
+        return plugin_driver(other) == name;
+      });
+      if (plain_name(name) && !known) found.push_back(entry.path());
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
+    const std::string name_a = plugin_driver(a);
+    const std::string name_b = plugin_driver(b);
+    // A Kinect's own library sees it at once; OpenNI asks all of its drivers.
+    const auto rank = [](const std::string& name) { return name == "freenect" ? 0 : 1; };
+    return rank(name_a) != rank(name_b) ? rank(name_a) < rank(name_b) : name_a < name_b;
+  });
+  return found;
+}
+
+std::string camera_list() {
+  const auto line = [](std::string name, const std::string& text) {
+    name.resize(std::max<std::size_t>(name.size() + 1, 13), ' ');
+    return name.append(text).append("\n");
+  };
+  std::string list;
+  for (const CameraDriver& driver : kDrivers) {
+    list += line(std::string(driver.name), std::string(driver.help));
+  }
+  list += line("auto", "the first of the following that sees a device");
+  for (const std::filesystem::path& file : find_plugins(plugin_folders())) {
+    const std::string name = plugin_driver(file);
+    try {
+      const std::vector<std::string> devices = plugin_devices(file);
+      if (devices.empty()) list += line(name, "no device");
+      for (const std::string& device : devices) list += line(name, device);
+    } catch (const InputError& error) {
+      list += line(name, std::string("not usable: ").append(error.what()));
+    }
+  }
+  return list;
 }
 
 }  // namespace grapnel

@@ -15,10 +15,7 @@ namespace grapnel {
 namespace {
 
 int list_cameras() {
-  for (const CameraDriver& driver : camera_drivers()) {
-    std::printf("%-12.*s %.*s\n", static_cast<int>(driver.name.size()), driver.name.data(),
-                static_cast<int>(driver.help.size()), driver.help.data());
-  }
+  std::fputs(camera_list().c_str(), stdout);
   return 0;
 }
 

@@ -67,7 +67,7 @@ std::string daemon_help() {
          "exit\n"
          "  --simd NAME       force a SIMD target of the pipeline\n"
          "  --set KEY=VALUE   overrides a key of grapnel.toml; may be repeated\n"
-         "  --list-cameras    print the camera drivers, exit\n"
+         "  --list-cameras    print the camera drivers and the devices they see, exit\n"
          "  --version         print the version, exit\n"
          "  --help            print this, exit\n"
          "\n"
