@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "pipeline/coarse/generators.h"
 #include "pipeline/correspond/nearest_feature.h"
 #include "pipeline/descriptors/fpfh.h"
 #include "pipeline/descriptors/pfh.h"
@@ -12,8 +13,21 @@
 #include "pipeline/keypoints/narf.h"
 #include "pipeline/keypoints/sift3d.h"
 #include "pipeline/keypoints/uniform.h"
+#include "pipeline/preprocess/clusters.h"
+#include "pipeline/preprocess/crop.h"
+#include "pipeline/preprocess/flying_points.h"
+#include "pipeline/preprocess/grid_stride.h"
+#include "pipeline/preprocess/normal_space.h"
 #include "pipeline/preprocess/normals.h"
+#include "pipeline/preprocess/radius_outliers.h"
+#include "pipeline/preprocess/random_sample.h"
+#include "pipeline/preprocess/statistical_outliers.h"
+#include "pipeline/preprocess/uniform_sample.h"
 #include "pipeline/preprocess/voxel.h"
+#include "pipeline/preprocess/z_median.h"
+#include "pipeline/refine/generalized_icp.h"
+#include "pipeline/refine/icp.h"
+#include "pipeline/refine/plain_icp.h"
 #include "pipeline/reject/distance.h"
 #include "pipeline/reject/graph.h"
 #include "pipeline/reject/median.h"
@@ -41,6 +55,19 @@ constexpr Method<StageKind> method(std::string_view name) {
 
 constexpr std::array kFilters = {
     method<CloudFilter, VoxelGrid, VoxelParams, voxel_fields>("voxel"),
+    method<CloudFilter, StatisticalOutliers, StatisticalOutlierParams, statistical_outlier_fields>(
+        "statistical_outliers"),
+    method<CloudFilter, RadiusOutliers, RadiusOutlierParams, radius_outlier_fields>(
+        "radius_outliers"),
+    method<CloudFilter, FlyingPoints, FlyingPointParams, flying_point_fields>("flying_points"),
+    method<CloudFilter, ZMedian, ZMedianParams, z_median_fields>("z_median"),
+    method<CloudFilter, GridStride, GridStrideParams, grid_stride_fields>("grid_stride"),
+    method<CloudFilter, UniformSample, UniformSampleParams, uniform_sample_fields>(
+        "uniform_sample"),
+    method<CloudFilter, RandomSample, RandomSampleParams, random_sample_fields>("random_sample"),
+    method<CloudFilter, NormalSpaceSample, NormalSpaceParams, normal_space_fields>("normal_space"),
+    method<CloudFilter, Crop, CropParams, crop_fields>("crop"),
+    method<CloudFilter, Clusters, ClusterParams, cluster_fields>("clusters"),
 };
 constexpr std::array kNormals = {
     method<NormalEstimator, PcaNormals, PcaNormalsParams, pca_normals_fields>("pca"),
@@ -81,6 +108,20 @@ constexpr std::array kRejectors = {
         "graph"),
 };
 
+constexpr std::array kGenerators = {
+    method<HypothesisGenerator, SvdGenerator, SvdParams, svd_fields>("svd"),
+    method<HypothesisGenerator, RansacGenerator, RansacGeneratorParams, ransac_generator_fields>(
+        "ransac"),
+    method<HypothesisGenerator, SampleConsensus, SampleConsensusParams, sample_consensus_fields>(
+        "sample_consensus"),
+};
+constexpr std::array kRefiners = {
+    method<PoseRefiner, Icp, IcpParams, icp_fields>("icp"),
+    method<PoseRefiner, GeneralizedIcp, GeneralizedIcpParams, generalized_icp_fields>(
+        "generalized_icp"),
+    method<PoseRefiner, PlainIcp, PlainIcpParams, plain_icp_fields>("plain_icp"),
+};
+
 }  // namespace
 
 std::span<const Method<CloudFilter>> cloud_filters() noexcept { return kFilters; }
@@ -93,5 +134,9 @@ std::span<const Method<FeatureMatcher>> feature_matchers() noexcept { return kMa
 std::span<const Method<CorrespondenceRejector>> correspondence_rejectors() noexcept {
   return kRejectors;
 }
+std::span<const Method<HypothesisGenerator>> hypothesis_generators() noexcept {
+  return kGenerators;
+}
+std::span<const Method<PoseRefiner>> pose_refiners() noexcept { return kRefiners; }
 
 }  // namespace grapnel

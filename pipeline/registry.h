@@ -29,6 +29,8 @@ struct Method {
 [[nodiscard]] std::span<const Method<DescriptorEstimator>> descriptor_estimators() noexcept;
 [[nodiscard]] std::span<const Method<FeatureMatcher>> feature_matchers() noexcept;
 [[nodiscard]] std::span<const Method<CorrespondenceRejector>> correspondence_rejectors() noexcept;
+[[nodiscard]] std::span<const Method<HypothesisGenerator>> hypothesis_generators() noexcept;
+[[nodiscard]] std::span<const Method<PoseRefiner>> pose_refiners() noexcept;
 
 /// The method with this name. Throws InputError that lists the names there are.
 template <class StageKind>

@@ -1,5 +1,8 @@
 #include "pipeline/preprocess/compact.h"
 
+#include <cmath>
+#include <limits>
+
 namespace grapnel {
 
 std::size_t keep_points(Surface& surface, std::span<const std::uint8_t> keep) noexcept {
@@ -22,6 +25,21 @@ std::size_t keep_points(Surface& surface, std::span<const std::uint8_t> keep) no
   const std::size_t removed = surface.size - kept;
   surface.size = kept;
   return removed;
+}
+
+Status check_points(const Surface& surface, std::size_t capacity, Stage stage) noexcept {
+  if (surface.size == 0) return Error{Code::TooFewPoints, stage, 0};
+  if (surface.size > capacity) {
+    return Error{Code::CapacityExceeded, stage, static_cast<std::int32_t>(surface.size)};
+  }
+  for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
+    for (std::size_t i = 0; i < surface.size; ++i) {
+      if (!(std::fabs(plane[i]) <= std::numeric_limits<float>::max())) {
+        return Error{Code::BadParameter, stage, static_cast<std::int32_t>(i)};
+      }
+    }
+  }
+  return {};
 }
 
 void drop_grid(Surface& surface) noexcept {

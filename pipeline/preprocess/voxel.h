@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/field.h"
+#include "pipeline/neighbours/cell_order.h"
 #include "pipeline/neighbours/neighbour_search.h"
 #include "pipeline/stage.h"
 
@@ -34,15 +35,13 @@ class VoxelGrid final : public CloudFilter {
   Result<std::size_t> apply(Surface& surface, double leaf_m, std::size_t max_points) noexcept;
 
  private:
-  bool sort_by_cell(const Surface& surface, double leaf_m) noexcept;
-  [[nodiscard]] std::size_t occupied_cells(std::size_t size) const noexcept;
   double leaf_for(const Surface& surface, std::size_t max_points) noexcept;
   void merge_cells(Surface& surface) noexcept;
   double measured_spacing_m(const Surface& surface, double leaf_m) noexcept;
 
   VoxelParams params_;
-  std::span<std::uint64_t> key_, other_key_;
-  std::span<std::int32_t> order_, other_order_;
+  CellOrder cells_;
+  std::span<std::uint32_t> begin_;  // of each cell in the order, and the end
   std::span<float> plane_;
   NeighbourSearch search_;
   std::size_t max_searched_ = 0;

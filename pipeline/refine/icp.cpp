@@ -13,7 +13,8 @@
 namespace grapnel {
 namespace {
 
-constexpr std::array<std::string_view, 2> kMetrics = {"point_to_plane", "point_to_point"};
+constexpr std::array<std::string_view, 3> kMetrics = {"point_to_plane", "point_to_point",
+                                                      "symmetric"};
 constexpr std::uint32_t kFewestPartners = 12;
 
 struct Partners {
@@ -135,7 +136,7 @@ FieldTable icp_fields() noexcept {
 Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
                                 const ClosestSurface& closest,
                                 const Pose& fixed_from_moving) noexcept {
-  const bool plane = params_.metric == IcpParams::Metric::PointToPlane;
+  const bool plane = params_.metric != IcpParams::Metric::PointToPoint;
   const double start_m = params_.start_distance_ratio * fixed.spacing_m;
   const double end_m = std::min(start_m, params_.end_distance_ratio * fixed.spacing_m);
   const double shrink =
@@ -151,6 +152,7 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
   double distance_m = start_m;
   kernels::PairGate gate;
   gate.cos_normal = static_cast<float>(math::cos(params_.max_normal_angle_rad));
+  gate.symmetric = params_.metric == IcpParams::Metric::Symmetric;
   for (int iteration = 0; iteration < params_.max_iterations; ++iteration) {
     const Pose& pose = result.target_from_source;
     const Vec3d middle = pose * centre;

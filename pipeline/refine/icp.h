@@ -11,7 +11,7 @@ namespace grapnel {
 /// Distances are multiples of the fixed surface's spacing, so that one set of values serves a room
 /// and a part under a microscope.
 struct IcpParams {
-  enum class Metric : std::uint8_t { PointToPlane, PointToPoint };
+  enum class Metric : std::uint8_t { PointToPlane, PointToPoint, Symmetric };
   Metric metric = Metric::PointToPlane;
   int max_iterations = 30;
   std::size_t max_points = 2000;
@@ -25,9 +25,10 @@ struct IcpParams {
 };
 [[nodiscard]] FieldTable icp_fields() noexcept;
 
-/// Iterative closest point: Besl and McKay 1992; point-to-plane after Chen and Medioni 1991, with
-/// Geman and McClure's weight. The partners' distance limit shrinks geometrically from start to end
-/// over the first iterations. Directions the partners do not fix stay as they were.
+/// Iterative closest point: Besl and McKay 1992; point-to-plane after Chen and Medioni 1991, or
+/// with both points' normals (Rusinkiewicz 2019); with Geman and McClure's weight. The partners'
+/// distance limit shrinks geometrically from start to end over the first iterations. Directions the
+/// partners do not fix stay as they were.
 class Icp final : public PoseRefiner {
  public:
   explicit Icp(const IcpParams& params) : params_(params) {}

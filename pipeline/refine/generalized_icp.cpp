@@ -1,0 +1,109 @@
+#include "pipeline/refine/generalized_icp.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
+
+#include "pipeline/refine/normal_equations.h"
+
+namespace grapnel {
+namespace {
+
+constexpr std::uint32_t kFewestPartners = 12;
+
+struct Sums {
+  Mat6d matrix = Mat6d::Zero();
+  Vec6d gradient = Vec6d::Zero();
+  double square_sum = 0.0;
+  std::uint32_t count = 0;
+};
+
+/// 1 along the surface, `across` along its normal.
+Mat3d spread(const Vec3d& normal, double across) noexcept {
+  if (normal.squaredNorm() < 0.5) return Mat3d::Identity();
+  return Mat3d::Identity() - (1.0 - across) * normal * normal.transpose();
+}
+
+}  // namespace
+
+FieldTable generalized_icp_fields() noexcept {
+  using P = GeneralizedIcpParams;
+  static constexpr std::array kFields = {
+      number_field<&P::max_iterations>("max_iterations", "", 1, 500, "iterations at the most"),
+      number_field<&P::max_distance_m>("max_distance_m", "m", 0.0, 100.0,
+                                       "of partners; 0 = max_distance_ratio spacings"),
+      number_field<&P::max_distance_ratio>("max_distance_ratio", "spacings", 0.5, 1000.0,
+                                           "of partners"),
+      number_field<&P::normal_variance>("normal_variance", "", 1e-6, 1.0,
+                                        "across the surface, where along it is 1"),
+      number_field<&P::kernel_ratio>("kernel_ratio", "", 0.0, 100.0,
+                                     "scale of the robust weight over max_distance; 0 = none"),
+      number_field<&P::convergence_m>("convergence_m", "m", 0.0, 0.01,
+                                      "a shorter step ends the iterations"),
+      number_field<&P::convergence_rad>("convergence_rad", "rad", 0.0, 0.1,
+                                        "a smaller turn ends the iterations"),
+  };
+  return kFields;
+}
+
+Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface& fixed,
+                                           const ClosestSurface& closest,
+                                           const Pose& fixed_from_moving) noexcept {
+  const double reach_m = params_.max_distance_m > 0.0
+                             ? params_.max_distance_m
+                             : params_.max_distance_ratio * fixed.spacing_m;
+  const double kernel_square = params_.kernel_ratio * reach_m * params_.kernel_ratio * reach_m;
+  Vec3d centre = Vec3d::Zero();
+  for (std::size_t i = 0; i < moving.size; ++i) centre += moving.point(i).cast<double>();
+  if (moving.size > 0) centre /= static_cast<double>(moving.size);
+  RefinedPose result;
+  result.target_from_source = fixed_from_moving;
+  for (int iteration = 0; iteration < params_.max_iterations; ++iteration) {
+    const Pose pose = result.target_from_source;
+    const Vec3d middle = pose * centre;
+    Sums sums;
+    for (std::size_t i = 0; i < moving.size; ++i) {
+      const Vec3d x = pose * moving.point(i).cast<double>();
+      const std::int32_t found = closest.closest(x.cast<float>(), static_cast<float>(reach_m));
+      if (found < 0) continue;
+      const auto partner = static_cast<std::size_t>(found);
+      const Vec3d gap = x - fixed.point(partner).cast<double>();
+      const Vec3d source_normal = pose.linear() * moving.normal(i).cast<double>();
+      const Mat3d both = spread(fixed.normal(partner).cast<double>(), params_.normal_variance) +
+                         spread(source_normal, params_.normal_variance);
+      Mat3d weight = both.inverse();
+      if (kernel_square > 0.0) {
+        const double root = kernel_square / (kernel_square + gap.squaredNorm());
+        weight *= root * root;
+      }
+      Eigen::Matrix<double, 3, 6> jacobian;
+      jacobian.leftCols<3>().setIdentity();
+      jacobian.rightCols<3>() = -skew(x - middle);
+      sums.matrix += jacobian.transpose() * weight * jacobian;
+      sums.gradient += jacobian.transpose() * (weight * gap);
+      sums.square_sum += gap.squaredNorm();
+      ++sums.count;
+    }
+    result.partners = sums.count;
+    if (sums.count < kFewestPartners) {
+      return Error{Code::RefinementDiverged, Stage::Refine, static_cast<std::int32_t>(sums.count)};
+    }
+    result.rmse_m = std::sqrt(sums.square_sum / static_cast<double>(sums.count));
+    result.iterations = static_cast<std::uint32_t>(iteration) + 1;
+    const Vec6d step = -Eigen::LDLT<Mat6d>(sums.matrix).solve(sums.gradient);
+    if (!step.allFinite()) return Error{Code::RefinementDiverged, Stage::Refine, 0};
+    Mat6d centre_from_origin = Mat6d::Identity();
+    centre_from_origin.topRightCorner<3, 3>() = -skew(middle);
+    result.information = centre_from_origin.transpose() * sums.matrix * centre_from_origin;
+    result.target_from_source = moved(pose, step, middle);
+    result.converged = step.head<3>().norm() <= params_.convergence_m &&
+                       step.tail<3>().norm() <= params_.convergence_rad;
+    if (result.converged) break;
+  }
+  if (!result.target_from_source.matrix().allFinite()) {
+    return Error{Code::RefinementDiverged, Stage::Refine, 0};
+  }
+  return result;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "base/field.h"
+#include "pipeline/stage.h"
+
+namespace grapnel {
+
+struct GeneralizedIcpParams {
+  int max_iterations = 30;
+  double max_distance_m = 0.0;  ///< of partners; 0 = auto: max_distance_ratio spacings
+  double max_distance_ratio = 4.0;
+  double normal_variance = 0.001;  ///< across the surface, where along it is 1 (PCL: 0.001)
+  double kernel_ratio = 0.0;       ///< of the robust weight, × max distance; 0: none (PCL)
+  double convergence_m = 2e-5;
+  double convergence_rad = 2e-5;
+};
+[[nodiscard]] FieldTable generalized_icp_fields() noexcept;
+
+/// Generalized ICP (Segal, Haehnel and Thrun 2009), plane to plane: both points' positions are
+/// uncertain along their surfaces, and each pair counts by the inverse of the sum of both. A point
+/// without a normal is taken as a ball. Gauss-Newton, in double.
+class GeneralizedIcp final : public PoseRefiner {
+ public:
+  explicit GeneralizedIcp(const GeneralizedIcpParams& params) : params_(params) {}
+
+  void reserve(Arena&, const Limits&) override {}
+  Result<RefinedPose> refine(const Surface& moving, const Surface& fixed,
+                             const ClosestSurface& closest,
+                             const Pose& fixed_from_moving) noexcept override;
+
+ private:
+  GeneralizedIcpParams params_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,93 @@
+// PCL's own expected numbers for filters: test/filters/test_filters.cpp, on the clouds it loads.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "base/cloud_file.h"
+#include "pipeline/preprocess/radius_outliers.h"
+#include "pipeline/preprocess/statistical_outliers.h"
+#include "pipeline/preprocess/z_median.h"
+#include "tests/pipeline/support/surfaces.h"
+#include "tests/support/recorded_data.h"
+
+namespace grapnel {
+namespace {
+
+template <class Filter>
+struct Reserved {
+  Filter filter;
+  test::ArenaMemory memory;
+  template <class Params>
+  Reserved(const Params& params, const Limits& limits)
+      : filter(params), memory([&](Arena& arena) { filter.reserve(arena, limits); }) {}
+};
+
+class PclFilters : public testing::Test {
+ protected:
+  static CloudData load(const char* file) {
+    const std::filesystem::path path =
+        test::recorded_data(("pcl_test/" + std::string(file)).c_str());
+    return path.empty() ? CloudData{} : read_cloud(path);
+  }
+};
+
+TEST_F(PclFilters, StatisticalOutlierRemovalKeeps352) {
+  const CloudData cloud = load("bun0.pcd");
+  if (cloud.size() == 0) GTEST_SKIP() << test::kNoRecordedData;
+  for (const Engine engine : {Engine::Fast, Engine::Reference}) {
+    test::OwnedSurface surface = test::surface_of(cloud);
+    Reserved<StatisticalOutliers> s(StatisticalOutlierParams{50, 1.0, engine},
+                                    test::small_limits());
+    ASSERT_TRUE(s.filter.apply(*surface).ok());
+    ASSERT_EQ(surface->size, 352U);
+    EXPECT_NEAR(surface->x[351], -0.034667F, 1e-4F);
+    EXPECT_NEAR(surface->y[351], 0.15131F, 1e-4F);
+    EXPECT_NEAR(surface->z[351], -0.00071029F, 1e-4F);
+  }
+}
+
+TEST_F(PclFilters, RadiusOutlierRemovalKeeps307) {
+  const CloudData cloud = load("bun0.pcd");
+  if (cloud.size() == 0) GTEST_SKIP() << test::kNoRecordedData;
+  test::OwnedSurface surface = test::surface_of(cloud);
+  RadiusOutlierParams params;
+  params.radius_m = 0.02;
+  params.min_neighbours = 14;
+  Reserved<RadiusOutliers> r(params, test::small_limits());
+  ASSERT_TRUE(r.filter.apply(*surface).ok());
+  EXPECT_EQ(surface->size, 307U);
+}
+
+TEST_F(PclFilters, MedianOfSevenPixelsOnARecordedFrame) {
+  const CloudData cloud = load("milk_cartoon_all_small_clorox.pcd");
+  if (cloud.size() == 0) GTEST_SKIP() << test::kNoRecordedData;
+  ASSERT_EQ(cloud.width, 640);
+  Intrinsics intrinsics;
+  intrinsics.fx = intrinsics.fy = 525.0;
+  intrinsics.cx = 319.5;
+  intrinsics.cy = 239.5;
+  intrinsics.width = 640;
+  intrinsics.height = 480;
+  test::OwnedSurface surface = test::grid_surface_of(cloud, intrinsics);
+  ZMedianParams params;
+  params.window = 7;
+  params.max_movement_m = 0.01;
+  params.keep_rays = false;
+  Reserved<ZMedian> m(params, Limits{});
+  ASSERT_TRUE(m.filter.apply(*surface).ok());
+  struct Expected {
+    int u, v;
+    float z;
+  };
+  for (const Expected& e :
+       {Expected{30, 100, 1.301F}, Expected{50, 100, 1.301F}, Expected{90, 100, 1.306F},
+        Expected{50, 200, 0.908F}, Expected{100, 300, 0.695F}}) {
+    const std::int32_t point = surface->grid.point_of[static_cast<std::size_t>(e.v * 640 + e.u)];
+    ASSERT_GE(point, 0);
+    EXPECT_NEAR(surface->z[static_cast<std::size_t>(point)], e.z, 1e-5F) << e.u << ", " << e.v;
+  }
+}
+
+}  // namespace
+}  // namespace grapnel

@@ -1,0 +1,168 @@
+#include "pipeline/coarse/generators.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/config.h"
+#include "pipeline/registry.h"
+#include "tests/pipeline/support/surfaces.h"
+#include "tests/support/heap_guard.h"
+
+namespace grapnel {
+namespace {
+
+/// 200 keypoints on a bumpy ball and the same ball moved; every third pair is right, or all.
+struct Pairs {
+  test::OwnedSurface source = test::bumpy_ball(800, 0.2);
+  test::OwnedSurface target = test::bumpy_ball(800, 0.2);
+  std::vector<Keypoint> keypoints;
+  std::vector<Correspondence> storage;
+  Correspondences correspondences;
+  Pose truth = Pose::Identity();
+
+  explicit Pairs(int one_right_of) {
+    truth.linear() = rotation_from_vector(Vec3d(0.4, 1.1, -0.7));
+    truth.translation() = Vec3d(0.5, -0.2, 1.0);
+    test::move(*target, truth);
+    Rng rng(31);
+    for (std::int32_t i = 0; i < 200; ++i) keypoints.push_back({4 * i, 1.0F, 0.01F});
+    storage.resize(200);
+    correspondences = Correspondences(storage);
+    for (std::int32_t i = 0; i < 200; ++i) {
+      const bool right = i % one_right_of == 0;
+      correspondences.push_back({i, right ? i : static_cast<std::int32_t>(rng.below(200)), 0.0F});
+    }
+  }
+  [[nodiscard]] PairView view() { return {&*source, &*target, keypoints, keypoints}; }
+};
+
+std::unique_ptr<HypothesisGenerator> with_defaults(std::size_t i) {
+  const ConfigTable empty("", "coarse", 0);
+  ConfigReader reader(empty);
+  return hypothesis_generators()[i].make(reader);
+}
+
+class EveryGenerator : public testing::TestWithParam<std::size_t> {
+ protected:
+  EveryGenerator()
+      : generator_(with_defaults(GetParam())), memory_([&](Arena& arena) {
+          generator_->reserve(arena, test::small_limits());
+          storage_ = arena.take<Hypothesis>(8);
+        }) {
+    hypotheses_ = Hypotheses(storage_);
+  }
+  std::unique_ptr<HypothesisGenerator> generator_;
+  std::span<Hypothesis> storage_;
+  test::ArenaMemory memory_;
+  Hypotheses hypotheses_;
+};
+
+TEST_P(EveryGenerator, FindsTheMotionOfRightPairs) {
+  Pairs pairs(1);
+  Rng rng(32);
+  ASSERT_TRUE(generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_).ok());
+  ASSERT_FALSE(hypotheses_.empty());
+  EXPECT_LT((hypotheses_[0].target_from_source.translation() - pairs.truth.translation()).norm(),
+            1e-3);
+  EXPECT_LT(rotation_angle_rad(hypotheses_[0].target_from_source, pairs.truth), 1e-3);
+}
+
+TEST_P(EveryGenerator, OrdersBySupport) {
+  Pairs pairs(3);
+  Rng rng(33);
+  ASSERT_TRUE(generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_).ok());
+  for (std::size_t i = 1; i < hypotheses_.size(); ++i) {
+    EXPECT_GE(hypotheses_[i - 1].support, hypotheses_[i].support);
+  }
+}
+
+TEST_P(EveryGenerator, SaysThatTwoPairsAreTooFew) {
+  Pairs pairs(1);
+  pairs.correspondences.resize(2);
+  Rng rng(34);
+  const Status status = generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, Code::TooFewCorrespondences);
+  EXPECT_EQ(status.error().stage, Stage::Coarse);
+}
+
+TEST_P(EveryGenerator, EndsDegenerateCloudsInAnErrorOrAFinitePose) {
+  for (int shape = 0; shape < 3; ++shape) {
+    Pairs pairs(1);
+    for (Surface* surface : {&*pairs.source, &*pairs.target}) {
+      for (std::size_t i = 0; i < surface->size; ++i) {
+        if (shape == 0) surface->x[i] = surface->y[i] = surface->z[i] = 1.0F;
+        if (shape == 1) surface->x[i] = surface->y[i] = surface->z[i];
+        if (shape == 2) surface->z[i] = 1.0F;
+      }
+    }
+    Rng rng(35);
+    hypotheses_.clear();
+    const Status status =
+        generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_);
+    if (!status.ok()) {
+      EXPECT_EQ(status.error().stage, Stage::Coarse);
+      continue;
+    }
+    for (const Hypothesis& hypothesis : hypotheses_) {
+      EXPECT_TRUE(hypothesis.target_from_source.matrix().allFinite()) << shape;
+    }
+  }
+}
+
+TEST_P(EveryGenerator, TakesNothingFromTheHeap) {
+  if (!test::heap_guard_works()) GTEST_SKIP() << test::kNoHeapGuard;
+  Pairs pairs(3);
+  Rng rng(36);
+  test::arm_heap_guard();
+  (void)generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_);
+  test::disarm_heap_guard();
+  EXPECT_EQ(test::heap_calls(), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfTheRegistry, EveryGenerator,
+                         testing::Range<std::size_t>(0, hypothesis_generators().size()),
+                         [](const auto& generator) {
+                           return std::string(hypothesis_generators()[generator.param].name);
+                         });
+
+TEST(RansacGenerator, FindsTheMotionAmongWrongPairs) {
+  Pairs pairs(4);
+  std::vector<Hypothesis> storage(8);
+  Hypotheses hypotheses{std::span<Hypothesis>(storage)};
+  Rng rng(37);
+  RansacGeneratorParams params;
+  params.inlier_m = 0.004;
+  RansacGenerator generator(params);
+  ASSERT_TRUE(generator.generate(pairs.view(), pairs.correspondences, rng, hypotheses).ok());
+  EXPECT_GE(hypotheses[0].support, 50.0);
+  EXPECT_LT(rotation_angle_rad(hypotheses[0].target_from_source, pairs.truth), 1e-2);
+  // What is kept beside it is another pose.
+  for (std::size_t i = 1; i < hypotheses.size(); ++i) {
+    EXPECT_GT(
+        rotation_angle_rad(hypotheses[i].target_from_source, pairs.truth) +
+            (hypotheses[i].target_from_source.translation() - pairs.truth.translation()).norm(),
+        0.01);
+  }
+}
+
+TEST(SampleConsensus, FindsTheMotionAmongWrongPairs) {
+  Pairs pairs(3);
+  std::vector<Hypothesis> storage(8);
+  Hypotheses hypotheses{std::span<Hypothesis>(storage)};
+  Rng rng(38);
+  SampleConsensusParams params;
+  params.draws = 3000;
+  params.max_distance_ratio = 4.0;
+  SampleConsensus generator(params);
+  const test::ArenaMemory memory(
+      [&](Arena& arena) { generator.reserve(arena, test::small_limits()); });
+  ASSERT_TRUE(generator.generate(pairs.view(), pairs.correspondences, rng, hypotheses).ok());
+  EXPECT_LT(rotation_angle_rad(hypotheses[0].target_from_source, pairs.truth), 0.02);
+}
+
+}  // namespace
+}  // namespace grapnel
