@@ -19,6 +19,7 @@
 #include "pipeline/preprocess/grid_stride.h"
 #include "pipeline/preprocess/normal_space.h"
 #include "pipeline/preprocess/normals.h"
+#include "pipeline/preprocess/plane_normals.h"
 #include "pipeline/preprocess/radius_outliers.h"
 #include "pipeline/preprocess/random_sample.h"
 #include "pipeline/preprocess/statistical_outliers.h"
@@ -71,6 +72,7 @@ constexpr std::array kFilters = {
 };
 constexpr std::array kNormals = {
     method<NormalEstimator, PcaNormals, PcaNormalsParams, pca_normals_fields>("pca"),
+    method<NormalEstimator, PlaneNormals, PlaneNormalsParams, plane_normals_fields>("grid_plane"),
 };
 constexpr std::array kDetectors = {
     method<KeypointDetector, IssDetector, IssParams, iss_fields>("iss"),

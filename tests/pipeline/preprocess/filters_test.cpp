@@ -15,6 +15,7 @@
 #include "pipeline/preprocess/flying_points.h"
 #include "pipeline/preprocess/grid_stride.h"
 #include "pipeline/preprocess/normal_space.h"
+#include "pipeline/preprocess/plane_normals.h"
 #include "pipeline/preprocess/radius_outliers.h"
 #include "pipeline/preprocess/random_sample.h"
 #include "pipeline/preprocess/statistical_outliers.h"
@@ -275,6 +276,62 @@ TEST(CellOrder, SortsByLinearCellThenIndex) {
   });
   for (std::size_t i = 0; i < 5000; ++i) ASSERT_EQ(order.point(i), expected[i]) << i;
   EXPECT_FALSE(order.sort(*cloud, 1e-8));
+}
+
+TEST(PlaneNormals, AreThoseOfAPlaneAndTheSameOnEveryTarget) {
+  test::TestFrame frame(64, 48, 60.0);
+  const Vec3d normal = Vec3d(0.3, -0.4, -1.0).normalized();
+  std::vector<Vec3f> first;
+  for (const std::string& target : kernels::target_names()) {
+    ASSERT_TRUE(kernels::force_target(target));
+    test::OwnedSurface grid(64 * 48, 64 * 48);
+    grid->grid.width = 64;
+    grid->grid.height = 48;
+    grid->grid.intrinsics = frame.frame.intrinsics;
+    const Intrinsics& k = grid->grid.intrinsics;
+    for (int v = 0; v < 48; ++v) {
+      for (int u = 0; u < 64; ++u) {
+        const auto i = grid->size++;
+        const Vec3d ray((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0);
+        const double z = -1.2 / normal.dot(ray);
+        grid->x[i] = static_cast<float>(z * ray.x());
+        grid->y[i] = static_cast<float>(z * ray.y());
+        grid->z[i] = static_cast<float>(z);
+        grid->grid.point_of[i] = grid->grid.pixel_of[i] = static_cast<std::int32_t>(i);
+      }
+    }
+    Reserved<PlaneNormals> n(PlaneNormalsParams{0.5});
+    ASSERT_TRUE(n.filter.estimate(*grid).ok());
+    std::size_t with_normal = 0;
+    std::vector<Vec3f> normals;
+    for (std::size_t i = 0; i < grid->size; ++i) {
+      normals.push_back(grid->normal(i));
+      if (!grid->has_normal(i)) continue;
+      ++with_normal;
+      // Float inverse depths, right to 6e-8, over five pixels of 1/60 rad.
+      ASSERT_LT((grid->normal(i).cast<double>() - normal).norm(), 2e-5) << i;
+    }
+    EXPECT_EQ(with_normal, 60U * 44U) << "all but a rim of two pixels";
+    if (first.empty()) first = normals;
+    EXPECT_EQ(first, normals) << target;
+  }
+  ASSERT_TRUE(kernels::force_target(""));
+}
+
+TEST(PlaneNormals, AreAbsentAcrossAStep) {
+  test::OwnedSurface grid = test::wavy_grid(60, 40, 19);
+  for (std::size_t i = 0; i < grid->size; ++i) {
+    if (grid->grid.pixel_of[i] % 60 < 30) continue;
+    for (std::span<float>* plane : {&grid->x, &grid->y, &grid->z}) (*plane)[i] *= 1.5F;
+  }
+  Reserved<PlaneNormals> n(PlaneNormalsParams{});
+  ASSERT_TRUE(n.filter.estimate(*grid).ok());
+  for (std::size_t i = 0; i < grid->size; ++i) {
+    const int u = grid->grid.pixel_of[i] % 60;
+    if (u >= 28 && u < 32) {
+      EXPECT_FALSE(grid->has_normal(i)) << u;
+    }
+  }
 }
 
 TEST(TemporalMedian, IsThatOfTheReadingsOfEachPixel) {
