@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/geometry.h"
@@ -21,5 +22,17 @@ struct DepthFrame {
   std::uint32_t lost_packets = 0;  ///< of this frame; its gaps may hold stale pixels
   bool recorded = false;           ///< from a recording: not live
 };
+
+/// Share of the pixels that have a reading. O(pixels).
+[[nodiscard]] inline double valid_share(const DepthFrame& frame) noexcept {
+  std::size_t valid = 0;
+  for (int v = 0; v < frame.depth.height; ++v) {
+    const std::uint16_t* const row = frame.depth.row(v);
+    for (int u = 0; u < frame.depth.width; ++u) valid += row[u] != 0 ? 1U : 0U;
+  }
+  return frame.depth.empty()
+             ? 0.0
+             : static_cast<double>(valid) / static_cast<double>(frame.depth.pixels());
+}
 
 }  // namespace grapnel

@@ -38,9 +38,9 @@ class Background {
   /// the pixels have a reading in most frames.
   Status finish() noexcept;
 
-  /// Housekeeping. Writes the image learned last, once; does nothing when there is none. Throws
-  /// InputError.
-  void save_if_learned(const std::filesystem::path& file);
+  /// Housekeeping. Writes the image learned last, once, and answers true; does nothing when there
+  /// is none. Throws InputError.
+  bool save_if_learned(const std::filesystem::path& file);
   /// At start. False when there is no file; throws InputError when it is damaged or does not fit.
   bool load(const std::filesystem::path& file);
 

@@ -39,12 +39,13 @@ std::vector<std::byte> Background::encode(const Image& image) const {
   return bytes;
 }
 
-void Background::save_if_learned(const std::filesystem::path& file) {
+bool Background::save_if_learned(const std::filesystem::path& file) {
   const int index = to_save_.load(std::memory_order_acquire);
-  if (index < 0) return;
+  if (index < 0) return false;
   const std::vector<std::byte> bytes = encode(images_[static_cast<std::size_t>(index)]);
   to_save_.store(-1, std::memory_order_release);
   write_durable(file, bytes);
+  return true;
 }
 
 bool Background::load(const std::filesystem::path& file) {

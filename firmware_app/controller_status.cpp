@@ -220,6 +220,7 @@ void Controller::fill_diagnostics(PlcDiagnostics& diagnostics) const noexcept {
   diagnostics.config_reloads = config.reloads;
   diagnostics.config_refusals = config.refusals;
   diagnostics.serial_hash = health.serial_hash;
+  diagnostics.tilt_mdeg = health.tilt_mdeg;
   diagnostics.build_hash = setup_.build_hash;
 }
 

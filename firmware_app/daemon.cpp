@@ -27,6 +27,7 @@
 #include "firmware_app/memory_plan.h"
 #include "firmware_app/notify.h"
 #include "firmware_app/registration_loop.h"
+#include "firmware_app/sensor_health.h"
 
 namespace grapnel {
 namespace {
@@ -34,6 +35,8 @@ namespace {
 constexpr std::int64_t kTickUs = 50'000;
 constexpr std::int64_t kBeatUs = 100'000;
 constexpr std::int64_t kStatusUs = 5'000'000;
+constexpr std::int64_t kLookUs = 1'000'000;
+constexpr double kMdegPerRad = 57295.779513082320;
 // A camera that opens within this time is there when the daemon says READY.
 constexpr std::int64_t kCameraStartUs = 5'000'000;
 
@@ -72,6 +75,7 @@ class Daemon {
   void say_status(std::int64_t now_us);
   void drain_log();
   void save_background();
+  void look_at_frame(std::int64_t now_us);
   void run_config();
   void on_field_bus_thread() noexcept;
   void ask_for_rights();
@@ -99,6 +103,7 @@ class Daemon {
   std::unique_ptr<ConfigKeeper> keeper_;
   std::unique_ptr<FramePool> pool_;
   std::unique_ptr<CameraKeeper> camera_;
+  std::unique_ptr<SensorHealth> sensor_health_;
   std::unique_ptr<JobExecutor> executor_;
   std::unique_ptr<RegistrationLoop> registration_;
   std::unique_ptr<Controller> controller_;
@@ -114,6 +119,7 @@ class Daemon {
   std::int64_t next_beat_us_ = 0;
   std::int64_t next_watchdog_us_ = 0;
   std::int64_t next_status_us_ = 0;
+  std::int64_t next_look_us_ = 0;
   Supervised told_silent_ = Supervised::kCount;
 };
 
@@ -171,6 +177,7 @@ void Daemon::build() {
   pool_ = std::make_unique<FramePool>(static_cast<std::size_t>(capture.pool_frames),
                                       capture.max_width, capture.max_height, capture.color);
   const RealtimeSettings& realtime = settings_.realtime;
+  sensor_health_ = std::make_unique<SensorHealth>(capture);
   camera_ = std::make_unique<CameraKeeper>(
       make_camera(settings_.camera, clock_),
       CameraKeeper::Parts{pool_.get(), &supervisor_, &capture_account_, &journal_,
@@ -272,10 +279,19 @@ void Daemon::drain_log() {
 
 void Daemon::save_background() {
   try {
-    background_.save_if_learned(state_folder_ / "background.bin");
+    if (background_.save_if_learned(state_folder_ / "background.bin")) {
+      sensor_health_->take_reference();
+    }
   } catch (const InputError& problem) {
     journal_.write(LogLevel::Warning, problem.what());
   }
+}
+
+void Daemon::look_at_frame(std::int64_t now_us) {
+  if (now_us < next_look_us_) return;
+  next_look_us_ = now_us + kLookUs;
+  const FrameLease lease = pool_->lease_latest();
+  if (lease.valid()) sensor_health_->see(lease.frame());
 }
 
 void Daemon::beat(std::int64_t now_us) {
@@ -296,9 +312,12 @@ void Daemon::beat(std::int64_t now_us) {
     notifier_.send("WATCHDOG=1");
     next_watchdog_us_ = now_us + watchdog_us / 4;
   }
-  const CameraCounters counters = camera_->camera().status().counters;
-  health_.sensor = camera_->code();
+  const CameraStatus camera = camera_->camera().status();
+  const CameraCounters& counters = camera.counters;
   health_.live = camera_->live();
+  look_at_frame(now_us);
+  health_.sensor = sensor_health_->judge(camera_->code(), camera, health_.live, now_us);
+  health_.tilt_mdeg = static_cast<std::int32_t>(sensor_health_->tilt_rad() * kMdegPerRad);
   health_.foreign_sensor = exchange_.job.foreign_sensor.load(std::memory_order_relaxed);
   health_.realtime_missing = (settings_.realtime.lock_memory && !memory_locked_) ||
                              camera_->scheduling_refused() || registration_->scheduling_refused();
@@ -316,7 +335,8 @@ void Daemon::beat(std::int64_t now_us) {
 
 void Daemon::announce_when_up(std::int64_t now_us) {
   if (health_.started) return;
-  const bool camera_up = camera_->code() == Code::SensorHealthy && pool_->published() > 0;
+  const bool healthy = sensor_health_->fault_of(camera_->code()) == Code::SensorHealthy;
+  const bool camera_up = healthy && pool_->published() > 0;
   if (!camera_up && now_us < started_us_ + kCameraStartUs) return;
   health_.started = true;
   for (ThreadAccount* account : {&capture_account_, &registration_account_, &field_bus_account_}) {

@@ -125,6 +125,7 @@ struct Health {
   std::uint32_t heap_calls = 0;
   std::uint32_t page_faults = 0;
   std::uint32_t serial_hash = 0;
+  std::int32_t tilt_mdeg = 0;
 };
 
 /// Everything that crosses threads toward and from the field bus.

@@ -112,13 +112,8 @@ Code JobExecutor::judge_frame(const DepthFrame& frame) const noexcept {
   if (frame.lost_packets > static_cast<std::uint32_t>(capture_.max_lost_packets)) {
     return Code::LostPackets;
   }
-  std::size_t valid = 0;
-  for (int v = 0; v < frame.depth.height; ++v) {
-    const std::uint16_t* row = frame.depth.row(v);
-    for (int u = 0; u < frame.depth.width; ++u) valid += row[u] != 0 ? 1U : 0U;
-  }
-  const double share = static_cast<double>(valid) / static_cast<double>(frame.depth.pixels());
-  return share < capture_.min_valid_share ? Code::DepthMostlyInvalid : Code::Ok;
+  if (capture_.need_color && frame.color.empty()) return Code::ColorMissing;
+  return valid_share(frame) < capture_.min_valid_share ? Code::DepthMostlyInvalid : Code::Ok;
 }
 
 void JobExecutor::note_frame(const JobRequest& request, const DepthFrame& frame,

@@ -21,7 +21,7 @@ constexpr std::array<Field, 2> kPresets = {
     text_field<&PresetSettings::folder>("folder", "folder of the presets"),
     text_field<&PresetSettings::models>("models", "folder of the models"),
 };
-constexpr std::array<Field, 9> kCapture = {
+constexpr std::array<Field, 13> kCapture = {
     choice_field<&CaptureSettings::frame_choice>(
         "frame_choice", kFrameChoices,
         "frame that answers a trigger: the first exposed after it, or the nearest in time"),
@@ -40,6 +40,16 @@ constexpr std::array<Field, 9> kCapture = {
         "min_valid_share", "", 0, 1, "share of pixels with a reading below which a frame is 2006"),
     number_field<&CaptureSettings::max_lost_packets>("max_lost_packets", "", 0, 100000,
                                                      "lost packets above which a frame is 2004"),
+    bool_field<&CaptureSettings::need_color>("need_color", "a frame without colour is 2007"),
+    number_field<&CaptureSettings::min_rate_hz>("min_rate_hz", "Hz", 0, 240,
+                                                "frames a second below which the sensor is 2003"),
+    number_field<&CaptureSettings::max_tilt_rad>(
+        "max_tilt_rad", "rad", 0, 3.2,
+        "turn of the camera beyond which it is 2009, by its accelerometer; 0: not watched"),
+    numbers_field<&CaptureSettings::gravity>(
+        "gravity", "g", -4, 4,
+        "the accelerometer's x, y, z with the camera in its place; empty: as at the start, and "
+        "whenever the background is learned"),
 };
 constexpr std::array<Field, 2> kBelt = {
     number_field<&BeltSettings::learn_frames>("learn_frames", "", 1, 15,

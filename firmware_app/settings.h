@@ -42,6 +42,10 @@ struct CaptureSettings {
   int frame_wait_ms = 400;
   double min_valid_share = 0.02;
   int max_lost_packets = 50;
+  bool need_color = false;
+  double min_rate_hz = 5.0;
+  double max_tilt_rad = 0.035;  ///< two degrees: a few centimetres at arm's length
+  std::vector<double> gravity;  ///< as the sensor feels it in its right place; empty: as at start
 };
 
 /// [belt]: the taught background.

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/code.h"
+#include "base/depth_frame.h"
+#include "firmware_app/settings.h"
+#include "hal/camera.h"
+
+namespace grapnel {
+
+/// Judges a camera by what it delivers, between jobs: its rate, lost packets, share of readings,
+/// colour and tilt. What a driver itself complains of comes first. Called by housekeeping alone.
+class SensorHealth {
+ public:
+  explicit SensorHealth(const CaptureSettings& capture) : capture_(capture) {}
+
+  /// What the driver's code means here: missing colour is no fault where nothing needs it.
+  [[nodiscard]] Code fault_of(Code driver) const noexcept;
+  /// Looks at the newest frame; at most once a second is enough.
+  void see(const DepthFrame& frame) noexcept;
+  /// The sensor's code at this moment. Every 100 ms.
+  [[nodiscard]] Code judge(Code driver, const CameraStatus& status, bool live,
+                           std::int64_t now_us) noexcept;
+  /// The place as it is now is the right one: the background has been learned anew.
+  void take_reference() noexcept { has_reference_ = false; }
+  /// Angle by which the camera has turned from its reference; 0 while unknown.
+  [[nodiscard]] double tilt_rad() const noexcept { return tilt_rad_; }
+
+ private:
+  void feel(const std::array<float, 3>& gravity) noexcept;
+  void measure(const CameraStatus& status, std::int64_t now_us) noexcept;
+
+  CaptureSettings capture_;
+  bool has_reference_ = false;
+  std::array<double, 3> reference_{};
+  std::array<double, 3> smooth_{};
+  double tilt_rad_ = 0.0;
+
+  std::int64_t window_us_ = 0;  // when the one under way began; 0: none
+  CameraCounters at_window_;
+  bool slow_ = false;
+  bool lossy_ = false;
+  int blind_looks_ = 0;
+};
+
+}  // namespace grapnel
