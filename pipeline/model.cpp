@@ -56,7 +56,12 @@ void take_points(const CloudData& cloud, double unit_m, Model& model) {
     model.nx.push_back(normal.x());
     model.ny.push_back(normal.y());
     model.nz.push_back(normal.z());
-    if (cloud.has_intensity()) model.intensity.push_back(cloud.intensity[i]);
+    if (cloud.has_intensity()) {
+      model.intensity.push_back(cloud.intensity[i]);
+    } else if (cloud.has_color()) {
+      const Rgb8& c = cloud.color[i];
+      model.intensity.push_back((0.299F * c.r + 0.587F * c.g + 0.114F * c.b) / 255.0F);
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 #include "pipeline/surface.h"
 
+#include <bit>
+
 namespace grapnel {
 
 void Surface::reserve(Arena& arena, std::size_t max_points, std::size_t max_grid_pixels) {
@@ -8,6 +10,18 @@ void Surface::reserve(Arena& arena, std::size_t max_points, std::size_t max_grid
   }
   grid.point_of = arena.take<std::int32_t>(max_grid_pixels);
   grid.pixel_of = arena.take<std::int32_t>(max_grid_pixels > 0 ? max_points : 0);
+}
+
+bool Surface::all_finite() const noexcept {
+  // By the exponents' bits, which needs no branch a point.
+  constexpr std::uint32_t kExponent = 0x7f800000U;
+  std::uint32_t bad = 0;
+  for (const std::span<float>& plane : {x, y, z}) {
+    for (std::size_t i = 0; i < size; ++i) {
+      bad |= (std::bit_cast<std::uint32_t>(plane[i]) & kExponent) == kExponent ? 1U : 0U;
+    }
+  }
+  return bad == 0;
 }
 
 void Surface::clear() noexcept {

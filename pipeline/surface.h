@@ -41,6 +41,9 @@ struct Surface {
     return nx[i] != 0.0F || ny[i] != 0.0F || nz[i] != 0.0F;
   }
 
+  /// Whether every coordinate is a number. O(n).
+  [[nodiscard]] bool all_finite() const noexcept;
+
   /// Memory for `max_points` and, where `max_grid_pixels` > 0, a grid.
   void reserve(Arena& arena, std::size_t max_points, std::size_t max_grid_pixels);
   void clear() noexcept;

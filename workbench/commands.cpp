@@ -21,6 +21,7 @@ constexpr std::array kCommands = {
             "move SOURCE onto TARGET and say whether the pose can be trusted"},
     Command{"filter", run_filter, "remove or merge points of a cloud"},
     Command{"normals", run_normals, "estimate a normal for every point"},
+    Command{"curvature", run_curvature, "measure how every point's surroundings bend"},
     Command{"keypoints", run_keypoints, "find interest points"},
     Command{"describe", run_describe, "describe points by their surroundings"},
     Command{"match", run_match, "pair descriptors that are near"},

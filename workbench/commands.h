@@ -18,6 +18,7 @@ struct Command {
 };
 
 int run_check(std::span<const std::string> args);
+int run_curvature(std::span<const std::string> args);
 int run_describe(std::span<const std::string> args);
 int run_describe_preset(std::span<const std::string> args);
 int run_evaluate(std::span<const std::string> args);

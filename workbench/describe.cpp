@@ -67,12 +67,12 @@ int run_describe(std::span<const std::string> args) {
   options.value("--keypoints", detector,
                 "a detector with its defaults instead: " + method_names(keypoint_detectors()));
   options.repeated("--set", overrides, "key=value over the descriptor's defaults; repeatable");
-  options.value("--mode", mode, "fast");
+  options.value("--mode", mode, "fast, or reference: plain loops in double");
   options.value("--camera", camera, "camera.toml of a bare PNG");
   options.required("--csv", csv, "file to write: a row a point, its index, then the bins");
   if (!options.parse(args)) return 0;
 
-  require_fast_mode(mode);
+  overrides = with_mode(descriptor_estimators(), descriptor, overrides, mode);
   if (at.empty() == detector.empty()) {
     throw InputError("one of --at and --keypoints is needed (see grapnel describe --help)");
   }

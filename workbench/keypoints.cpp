@@ -33,12 +33,12 @@ int run_keypoints(std::span<const std::string> args) {
   options.positional("CLOUD", file, "cloud, PNG with --camera, or RECORDING#N");
   options.required("--detector", detector, method_names(keypoint_detectors()));
   options.repeated("--set", overrides, "key=value over the detector's defaults; repeatable");
-  options.value("--mode", mode, "fast");
+  options.value("--mode", mode, "fast, or reference: plain loops in double");
   options.value("--camera", camera, "camera.toml of a bare PNG");
   options.flag("--json", json, "one JSON object on stdout");
   if (!options.parse(args)) return 0;
 
-  require_fast_mode(mode);
+  overrides = with_mode(keypoint_detectors(), detector, overrides, mode);
   const Input input = load_input(file, {camera, ""});
   const std::unique_ptr<StoredSurface> stored = make_surface(input);
   stored->surface.spacing_m = measured_spacing_m(stored->surface);
@@ -47,7 +47,7 @@ int run_keypoints(std::span<const std::string> args) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Keypoint& keypoint : keypoints) {
     const auto point_i = static_cast<std::size_t>(keypoint.point);
-    const Vec3f p = stored->surface.point(point_i);
+    const Vec3f p = stored->surface.point(point_i) + keypoint.offset_m;
     if (json) {
       list.push_back({{"index", stored->input_of[point_i]},
                       {"x", p.x()},

@@ -25,9 +25,16 @@ Limits limits_for(std::size_t points) {
   return limits;
 }
 
-void require_fast_mode(const std::string& mode) {
-  if (mode == "fast") return;
-  throw InputError("--mode " + mode + ": \"fast\" is allowed; this method has no other engine");
+bool add_engine(FieldTable fields, const std::string& mode) {
+  if (mode != "fast" && mode != "reference") {
+    throw InputError("--mode " + mode + ": \"fast\" and \"reference\" are allowed");
+  }
+  const bool has = std::any_of(fields.begin(), fields.end(),
+                               [](const Field& field) { return field.name == "engine"; });
+  if (!has && mode != "fast") {
+    throw InputError("--mode " + mode + ": this method has but one engine, \"fast\"");
+  }
+  return has;
 }
 
 void ensure_normals(Surface& surface) {

@@ -89,8 +89,20 @@ void require_ok(const Status& status, const std::string& what);
 /// Limits under which a stage takes `points` points and never cuts a list of keypoints.
 [[nodiscard]] Limits limits_for(std::size_t points);
 
-/// Refuses `--mode` values that no engine stands behind. Throws InputError.
-void require_fast_mode(const std::string& mode);
+/// Whether the fields hold the engine that a mode names; false for fast where there is but one.
+[[nodiscard]] bool add_engine(FieldTable fields, const std::string& mode);
+/// The overrides with `--mode` as the method's engine. Throws InputError: a mode other than fast
+/// and reference, or a reference engine asked of a method that has but one.
+template <class StageKind>
+[[nodiscard]] std::vector<std::string> with_mode(std::span<const Method<StageKind>> methods,
+                                                 const std::string& method,
+                                                 std::vector<std::string> overrides,
+                                                 const std::string& mode) {
+  if (add_engine(find_method(methods, method).fields(), mode)) {
+    overrides.push_back("engine=" + mode);
+  }
+  return overrides;
+}
 
 /// Fills the surface's normals where it has none: least-squares planes with default radius.
 void ensure_normals(Surface& surface);

@@ -388,6 +388,9 @@ Status NarfDetector::detect(const Surface& surface, KeypointSet& keypoints) noex
       params_.support_m > 0.0 ? params_.support_m : params_.support_ratio * surface.spacing_m;
   if (!(support > 0.0)) return Error{Code::BadParameter, Stage::Keypoints, 0};
   radius_m_ = 0.5 * support;
+  if (surface.size > candidates_.size()) {
+    return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
+  }
   if (const Status seen = see(surface, levels_[0]); !seen.ok()) return seen;
   if (params_.fill_shadows) fill_shadows(levels_[0], params_.max_shadow_px);
   double nearest = std::numeric_limits<double>::max();

@@ -128,16 +128,6 @@ Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
   return {};
 }
 
-bool finite(const Surface& surface) noexcept {
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    if (!std::isfinite(surface.x[i]) || !std::isfinite(surface.y[i]) ||
-        !std::isfinite(surface.z[i])) {
-      return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 void RangeImage::reserve(Arena& arena, std::size_t max_pixels) {
@@ -148,7 +138,7 @@ void RangeImage::reserve(Arena& arena, std::size_t max_pixels) {
 
 Status see(const Surface& surface, RangeImage& image) noexcept {
   if (surface.size == 0) return Error{Code::TooFewPoints, Stage::Keypoints, 0};
-  if (!finite(surface)) return Error{Code::BadParameter, Stage::Keypoints, 2};
+  if (!surface.all_finite()) return Error{Code::BadParameter, Stage::Keypoints, 2};
   const bool grid =
       surface.organised() && surface.grid.intrinsics.fx > 0.0 && surface.grid.intrinsics.fy > 0.0;
   const Status status = grid ? see_grid(surface, image) : see_cloud(surface, image);

@@ -79,6 +79,7 @@ Status SiftDetector::take(const Surface& surface) noexcept {
   if (surface.size > extrema_.size()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
   }
+  if (!surface.all_finite()) return Error{Code::BadParameter, Stage::Keypoints, 0};
   const bool intensity = params_.field == SiftField::Intensity;
   const std::span<float> field = intensity ? surface.intensity : surface.z;
   if (intensity &&

@@ -62,6 +62,7 @@ Status UniformDetector::detect(const Surface& surface, KeypointSet& keypoints) n
   if (surface.size > entries_.size()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
   }
+  if (!surface.all_finite()) return Error{Code::BadParameter, Stage::Keypoints, 0};
   double cell = params_.cell_m > 0.0 ? params_.cell_m : params_.cell_ratio * surface.spacing_m;
   if (!(cell > 0.0)) return Error{Code::BadParameter, Stage::Keypoints, 0};
   std::size_t count = choose(surface, cell);

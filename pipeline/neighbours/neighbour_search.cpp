@@ -45,6 +45,7 @@ Status NeighbourSearch::build(const Surface& surface, double radius_m) noexcept 
   if (surface.size > by_distance_.size()) {
     return Error{Code::CapacityExceeded, Stage::None, static_cast<std::int32_t>(surface.size)};
   }
+  if (!surface.all_finite()) return Error{Code::BadParameter, Stage::None, 0};
   surface_ = &surface;
   typical_radius_m_ = static_cast<float>(radius_m);
   reach_m_ = static_cast<float>(diagonal_m(surface) * 1.0001);

@@ -33,7 +33,8 @@ class NeighbourSearch {
   void reserve(Arena& arena, const Limits& limits);
 
   /// `radius_m` > 0 is the radius that will be asked for most; others work too. The surface must
-  /// stay as it is until the next build. Errors: TooFewPoints, CapacityExceeded. O(n + grid).
+  /// stay as it is until the next build. Errors: TooFewPoints, CapacityExceeded, BadParameter (a
+  /// coordinate is not finite). O(n + grid).
   [[nodiscard]] Status build(const Surface& surface, double radius_m) noexcept;
 
   /// Points within `radius_m` of a point, itself included. Valid until the next call.

@@ -60,6 +60,50 @@ TEST(FilterCommand, LeavesOnePointAVoxel) {
   EXPECT_LE(cloud.size(), 72U);
 }
 
+TEST(CurvatureCommand, WritesARowForEveryPointWithAReading) {
+  const TempFolder folder;
+  const std::filesystem::path csv = folder / "out.csv";
+  const CommandRun run =
+      run_command({"curvature", write_patch(folder), "--set", "radius_m=0.02", "--csv", csv});
+  ASSERT_EQ(run.code, 0) << run.error;
+  std::istringstream lines(text_of(csv));
+  std::size_t rows = 0;
+  for (std::string line; std::getline(lines, line); ++rows) {
+    std::istringstream cells(line);
+    std::vector<double> values;
+    for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::stod(cell));
+    ASSERT_EQ(values.size(), 6U);
+    EXPECT_NE(values[0], 7.0);
+    EXPECT_GE(values[1], values[2]);
+    EXPECT_GE(values[2], 0.0);
+    EXPECT_NEAR(values[3] * values[3] + values[4] * values[4] + values[5] * values[5], 1.0, 1e-5);
+  }
+  EXPECT_EQ(rows, 3599U);
+}
+
+TEST(KeypointsCommand, RunsTheReferenceEngineAndRefusesOtherModes) {
+  const TempFolder folder;
+  const std::string patch = write_patch(folder);
+  const auto points = [&](const std::string& mode) {
+    const CommandRun run =
+        run_command({"keypoints", patch, "--detector", "iss", "--mode", mode, "--json"});
+    EXPECT_EQ(run.code, 0) << run.error;
+    std::vector<int> indices;
+    const Json json = Json::parse(run.out);
+    for (const Json& keypoint : json.at("keypoints")) indices.push_back(keypoint.at("index"));
+    return indices;
+  };
+  const std::vector<int> fast = points("fast");
+  EXPECT_GT(fast.size(), 5U);
+  EXPECT_EQ(points("reference"), fast);
+  const CommandRun wrong = run_command({"keypoints", patch, "--detector", "iss", "--mode", "slow"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.error, HasSubstr("reference"));
+  const CommandRun single =
+      run_command({"keypoints", patch, "--detector", "uniform", "--mode", "reference"});
+  EXPECT_EQ(single.code, 2);
+}
+
 TEST(NormalsCommand, KeepsEveryPointInItsPlace) {
   const TempFolder folder;
   const std::string patch = write_patch(folder);
