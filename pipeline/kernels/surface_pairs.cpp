@@ -34,6 +34,67 @@ void FindVoxels(const VoxelShape& shape, const float* x, const float* y, const f
   }
 }
 
+/// Along one axis: the voxel of each place, and the one on the side that it lies toward.
+struct Sides {
+  VI own, other;
+};
+HWY_INLINE Sides SidesOf(VF place, std::int32_t size) {
+  const Floats d;
+  const Ints di;
+  const VI last = hn::Set(di, size - 1);
+  const VI own = hn::Min(hn::Max(hn::ConvertTo(di, place), hn::Zero(di)), last);
+  const VF rest = hn::Sub(place, hn::ConvertTo(d, own));
+  const auto below = hn::RebindMask(di, hn::Lt(rest, hn::Set(d, 0.5F)));
+  const VI one = hn::Set(di, 1);
+  const VI toward = hn::IfThenElse(below, hn::Sub(own, one), hn::Add(own, one));
+  return {own, hn::Min(hn::Max(toward, hn::Zero(di)), last)};
+}
+
+HWY_INLINE void FindNearestOf(const NamedPoints& points, const Vec3& p, float max_distance_m,
+                              std::int32_t* found) {
+  const Floats d;
+  const Ints di;
+  const VoxelShape& shape = points.voxels;
+  const VI inside = VoxelOf(shape, p);
+  const auto there = hn::RebindMask(d, hn::Gt(inside, hn::Set(di, -1)));
+  const VF per_metre = hn::Set(d, shape.per_metre);
+  Sides sides[3];
+  const VF coordinates[3] = {p.x, p.y, p.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    const VF place = hn::Mul(hn::Sub(coordinates[axis], hn::Set(d, shape.origin[axis])), per_metre);
+    sides[axis] = SidesOf(hn::IfThenElseZero(there, place), shape.size[axis]);
+  }
+  VI best = hn::Set(di, -1);
+  VF best_square = hn::Set(d, max_distance_m * max_distance_m);
+  for (int corner = 0; corner < 8; ++corner) {
+    const VI x = (corner & 1) != 0 ? sides[0].other : sides[0].own;
+    const VI y = (corner & 2) != 0 ? sides[1].other : sides[1].own;
+    const VI z = (corner & 4) != 0 ? sides[2].other : sides[2].own;
+    const VI row = hn::Add(hn::Mul(z, hn::Set(di, shape.size[1])), y);
+    alignas(64) std::int32_t named[kLanes];
+    hn::Store(hn::Add(hn::Mul(row, hn::Set(di, shape.size[0])), x), di, named);
+    for (std::size_t k = 0; k < hn::Lanes(di); ++k) named[k] = points.named[named[k]];
+    const VI candidate = hn::Load(di, named);
+    const Vec3 gap =
+        Minus({hn::GatherIndex(d, points.x, candidate), hn::GatherIndex(d, points.y, candidate),
+               hn::GatherIndex(d, points.z, candidate)},
+              p);
+    const VF square = Dot(gap, gap);
+    const auto nearer = hn::And(there, hn::Le(square, best_square));
+    best_square = hn::IfThenElse(nearer, square, best_square);
+    best = hn::IfThenElse(hn::RebindMask(di, nearer), candidate, best);
+  }
+  hn::StoreU(best, di, found);
+}
+
+void FindNearestNamed(const NamedPoints& points, const float* x, const float* y, const float* z,
+                      std::size_t count, float max_distance_m, std::int32_t* found) {
+  const Floats d;
+  for (std::size_t i = 0; i < in_lanes(count); i += hn::Lanes(d)) {
+    FindNearestOf(points, Load3(x + i, y + i, z + i), max_distance_m, found + i);
+  }
+}
+
 /// Some pairs at once: what both error measures need.
 struct Pairs {
   Vec3 source, target, difference, source_normal, target_normal;
@@ -162,6 +223,7 @@ namespace grapnel::kernels {
 
 HWY_EXPORT(MoveBlock);
 HWY_EXPORT(FindVoxels);
+HWY_EXPORT(FindNearestNamed);
 HWY_EXPORT(AddPlanePairs);
 HWY_EXPORT(AddPointPairs);
 
@@ -172,6 +234,11 @@ void move_block(const Motion& motion, PointBlock& block) noexcept {
 void find_voxels(const VoxelShape& shape, const float* x, const float* y, const float* z,
                  std::size_t count, std::int32_t* voxel) noexcept {
   HWY_DYNAMIC_DISPATCH(FindVoxels)(shape, x, y, z, count, voxel);
+}
+
+void find_nearest_named(const NamedPoints& points, const float* x, const float* y, const float* z,
+                        std::size_t count, float max_distance_m, std::int32_t* found) noexcept {
+  HWY_DYNAMIC_DISPATCH(FindNearestNamed)(points, x, y, z, count, max_distance_m, found);
 }
 
 void add_plane_pairs(const PointBlock& block, const OrientedPlanes& fixed, const PairGate& gate,

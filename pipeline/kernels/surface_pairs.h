@@ -26,6 +26,20 @@ void move_block(const Motion& motion, PointBlock& block) noexcept;
 void find_voxels(const VoxelShape& shape, const float* x, const float* y, const float* z,
                  std::size_t count, std::int32_t* voxel) noexcept;
 
+/// Points named by voxels.
+struct NamedPoints {
+  VoxelShape voxels;
+  const std::uint16_t* named = nullptr;
+  const float* x = nullptr;
+  const float* y = nullptr;
+  const float* z = nullptr;
+};
+/// Of the points that the eight voxels around each place name, the nearest one within the distance,
+/// the last of equally near ones in the order z, y, x; -1 = none. All arrays hold in_lanes(count)
+/// elements.
+void find_nearest_named(const NamedPoints& points, const float* x, const float* y, const float* z,
+                        std::size_t count, float max_distance_m, std::int32_t* found) noexcept;
+
 /// Which pairs count, and how much.
 struct PairGate {
   float max_square_m2 = 0.0F;     ///< distance of partners, squared

@@ -20,8 +20,8 @@ void CellIndex::reserve(Arena& arena, std::size_t max_points) {
 
 int CellIndex::cell_along(float value, std::size_t axis) const noexcept {
   // In double and clamped before the cast: a far place must not overflow an int.
-  const double cell = std::floor((static_cast<double>(value) - static_cast<double>(low_[axis])) *
-                                 static_cast<double>(inverse_edge_));
+  const double cell = (static_cast<double>(value) - static_cast<double>(low_[axis])) *
+                      static_cast<double>(inverse_edge_);
   // What is no number goes to the first cell: nothing is found near it.
   return cell > 0.0 ? static_cast<int>(std::min(cell, static_cast<double>(dims_[axis] - 1))) : 0;
 }

@@ -2,15 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace grapnel {
 namespace {
 
 constexpr double kMaxCells = 68719476736.0;  // 2^36
+// Above it a float has no unit digit any more, and an int still holds it.
+constexpr float kLargestPlace = 16777216.0F;
 constexpr unsigned kDigitBits = 11;
 constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
 constexpr std::size_t kMaxPasses = 4;
+
+/// Floor of a value within ±kLargestPlace: the library's is a call where SSE4.1 is not assumed.
+std::int32_t floor_of(float value) noexcept {
+  const auto whole = static_cast<std::int32_t>(value);
+  return whole - (static_cast<float>(whole) > value ? 1 : 0);
+}
 
 }  // namespace
 
@@ -27,30 +34,24 @@ bool CellOrder::sort(const Surface& surface, double edge_m) noexcept {
   const std::array<std::span<float>, 3> planes = {surface.x, surface.y, surface.z};
   // In float, as PCL: the cell of a point on a border depends on it.
   const auto inverse = static_cast<float>(1.0 / edge_m);
-  std::array<float, 3> first{};
+  std::array<std::int32_t, 3> first{};
   std::array<double, 3> count{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     float low = planes[axis][0];
     float high = low;
     for (const float value : planes[axis].first(size_)) {
-      low = std::min(low, value);
-      high = std::max(high, value);
+      low = value < low ? value : low;
+      high = value > high ? value : high;
     }
-    first[axis] = std::floor(low * inverse);
-    count[axis] =
-        static_cast<double>(std::floor(high * inverse)) - static_cast<double>(first[axis]) + 1.0;
-  }
-  // Above 2^24 a float has no unit digit any more.
-  for (const double cells : count) {
-    if (!(cells < 16777216.0)) return false;
+    if (!(low * inverse > -kLargestPlace && high * inverse < kLargestPlace)) return false;
+    first[axis] = floor_of(low * inverse);
+    count[axis] = static_cast<double>(floor_of(high * inverse) - first[axis]) + 1.0;
   }
   if (!(count[0] * count[1] * count[2] < kMaxCells)) return false;
   const auto row = static_cast<std::uint64_t>(count[0]);
   const std::uint64_t slice = row * static_cast<std::uint64_t>(count[1]);
   const auto cell = [&](std::size_t axis, std::size_t i) {
-    const float place = std::floor(planes[axis][i] * inverse);
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(place) -
-                                      static_cast<std::int64_t>(first[axis]));
+    return static_cast<std::uint64_t>(floor_of(planes[axis][i] * inverse) - first[axis]);
   };
   for (std::size_t i = 0; i < size_; ++i) {
     const std::uint64_t key = cell(2, i) * slice + cell(1, i) * row + cell(0, i);

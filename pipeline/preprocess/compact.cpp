@@ -1,5 +1,6 @@
 #include "pipeline/preprocess/compact.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -32,12 +33,17 @@ Status check_points(const Surface& surface, std::size_t capacity, Stage stage) n
   if (surface.size > capacity) {
     return Error{Code::CapacityExceeded, stage, static_cast<std::int32_t>(surface.size)};
   }
+  const auto finite = [](float value) {
+    return std::fabs(value) <= std::numeric_limits<float>::max();
+  };
   for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
-    for (std::size_t i = 0; i < surface.size; ++i) {
-      if (!(std::fabs(plane[i]) <= std::numeric_limits<float>::max())) {
-        return Error{Code::BadParameter, stage, static_cast<std::int32_t>(i)};
-      }
-    }
+    const std::span<const float> values = plane.first(surface.size);
+    // Without a way out the loop runs on vectors.
+    unsigned bad = 0;
+    for (const float value : values) bad |= finite(value) ? 0U : 1U;
+    if (bad == 0) continue;
+    const auto first = std::find_if_not(values.begin(), values.end(), finite);
+    return Error{Code::BadParameter, stage, static_cast<std::int32_t>(first - values.begin())};
   }
   return {};
 }

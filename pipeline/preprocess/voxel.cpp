@@ -19,12 +19,20 @@ FieldTable voxel_fields() noexcept {
   return kFields;
 }
 
+namespace {
+
+/// Points a cell, in the mean, that make a cloud dense.
+constexpr std::size_t kDense = 2;
+
+}  // namespace
+
 void VoxelGrid::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points =
       std::max({limits.max_input_points, limits.max_points, limits.max_model_points});
   cells_.reserve(arena, points);
   begin_ = arena.take<std::uint32_t>(points + 1);
   plane_ = arena.take<float>(points);
+  for (std::span<float>& mean : mean_) mean = arena.take<float>(points);
   max_searched_ = std::max(limits.max_points, limits.max_model_points);
   search_.reserve(arena, max_searched_, 0);
 }
@@ -59,29 +67,44 @@ double VoxelGrid::leaf_for(const Surface& surface, std::size_t max_points) noexc
   return fits;
 }
 
+/// One value of each cell; what a cloud does not have (all zero) needs no mean.
+void VoxelGrid::average(std::size_t size, std::size_t cells, std::span<float> plane) noexcept {
+  if (std::all_of(plane.begin(), plane.begin() + static_cast<std::ptrdiff_t>(size),
+                  [](float value) { return value == 0.0F; })) {
+    return;
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    double sum = 0.0;
+    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+      sum += static_cast<double>(plane[cells_.point(i)]);
+    }
+    plane_[cell] = static_cast<float>(sum / static_cast<double>(begin_[cell + 1] - begin_[cell]));
+  }
+  std::copy_n(plane_.begin(), cells, plane.begin());
+}
+
 void VoxelGrid::merge_cells(Surface& surface) noexcept {
   std::size_t cells = 0;
   for (std::size_t i = 0; i < surface.size; i = cells_.end_of_cell(i)) {
     begin_[cells++] = static_cast<std::uint32_t>(i);
   }
   begin_[cells] = static_cast<std::uint32_t>(surface.size);
-  const auto is_zero = [](float value) { return value == 0.0F; };
-  for (std::span<float>* plane : {&surface.x, &surface.y, &surface.z, &surface.nx, &surface.ny,
-                                  &surface.nz, &surface.intensity}) {
-    // What a cloud does not have needs no mean.
-    if (std::all_of(plane->begin(), plane->begin() + static_cast<std::ptrdiff_t>(surface.size),
-                    is_zero)) {
-      continue;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    Vec3d sum = Vec3d::Zero();
+    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+      sum += surface.point(cells_.point(i)).cast<double>();
     }
-    for (std::size_t cell = 0; cell < cells; ++cell) {
-      double sum = 0.0;
-      for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-        sum += static_cast<double>((*plane)[cells_.point(i)]);
-      }
-      plane_[cell] = static_cast<float>(sum / static_cast<double>(begin_[cell + 1] - begin_[cell]));
+    sum /= static_cast<double>(begin_[cell + 1] - begin_[cell]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      mean_[axis][cell] = static_cast<float>(sum[static_cast<Eigen::Index>(axis)]);
     }
-    std::copy_n(plane_.begin(), cells, plane->begin());
   }
+  for (std::span<float>* plane : {&surface.nx, &surface.ny, &surface.nz, &surface.intensity}) {
+    average(surface.size, cells, *plane);
+  }
+  std::copy_n(mean_[0].begin(), cells, surface.x.begin());
+  std::copy_n(mean_[1].begin(), cells, surface.y.begin());
+  std::copy_n(mean_[2].begin(), cells, surface.z.begin());
   surface.size = cells;
   for (std::size_t i = 0; i < cells; ++i) {
     const float length = surface.normal(i).norm();
@@ -123,7 +146,9 @@ Result<std::size_t> VoxelGrid::apply(Surface& surface, double leaf_m,
     merge_cells(surface);
   }
   drop_grid(surface);
-  surface.spacing_m = std::max(leaf, measured_spacing_m(surface, leaf));
+  // Where cells hold several points the cloud is denser than the cells.
+  const bool dense = before >= kDense * surface.size;
+  surface.spacing_m = dense ? leaf : std::max(leaf, measured_spacing_m(surface, leaf));
   return before - surface.size;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,6 +37,7 @@ class VoxelGrid final : public CloudFilter {
 
  private:
   double leaf_for(const Surface& surface, std::size_t max_points) noexcept;
+  void average(std::size_t size, std::size_t cells, std::span<float> plane) noexcept;
   void merge_cells(Surface& surface) noexcept;
   double measured_spacing_m(const Surface& surface, double leaf_m) noexcept;
 
@@ -43,6 +45,7 @@ class VoxelGrid final : public CloudFilter {
   CellOrder cells_;
   std::span<std::uint32_t> begin_;  // of each cell in the order, and the end
   std::span<float> plane_;
+  std::array<std::span<float>, 3> mean_;
   NeighbourSearch search_;
   std::size_t max_searched_ = 0;
 };

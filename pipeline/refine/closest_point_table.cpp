@@ -171,6 +171,14 @@ void ClosestPointTable::nearby_of_each(const float* x, const float* y, const flo
   }
 }
 
+void ClosestPointTable::closest_of_each(const float* x, const float* y, const float* z,
+                                        std::size_t count, float max_distance_m,
+                                        std::int32_t* found) const noexcept {
+  const kernels::NamedPoints points{voxels(), named(), surface_->x.data(), surface_->y.data(),
+                                    surface_->z.data()};
+  kernels::find_nearest_named(points, x, y, z, count, max_distance_m, found);
+}
+
 std::int32_t ClosestPointTable::closest(const Vec3f& p, float max_distance_m) const noexcept {
   const Vec3f place = (p - origin_) * per_metre_;
   if (!(place.x() >= 0.0F && place.y() >= 0.0F && place.z() >= 0.0F)) return -1;
@@ -194,8 +202,9 @@ std::int32_t ClosestPointTable::closest(const Vec3f& p, float max_distance_m) co
         const std::int32_t candidate =
             nearest_[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)];
         if (candidate == best) continue;
-        const float square =
-            (surface_->point(static_cast<std::size_t>(candidate)) - p).squaredNorm();
+        const Vec3f gap = surface_->point(static_cast<std::size_t>(candidate)) - p;
+        // Added in the kernel's order.
+        const float square = gap.x() * gap.x() + gap.y() * gap.y() + gap.z() * gap.z();
         if (square <= best_square) {
           best_square = square;
           best = candidate;

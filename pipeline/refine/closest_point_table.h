@@ -27,6 +27,9 @@ class ClosestPointTable final : public ClosestSurface {
   /// `max_distance_m`, and outside of the grid.
   [[nodiscard]] std::int32_t closest(const Vec3f& p, float max_distance_m) const noexcept override;
 
+  void closest_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                       float max_distance_m, std::int32_t* found) const noexcept override;
+
   /// The candidate of the voxel that holds `p`, one look-up; its distance is not checked. -1
   /// outside of the grid.
   [[nodiscard]] std::int32_t nearby(const Vec3f& p) const noexcept;

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
+#include "base/rng.h"
+#include "pipeline/kernels/target.h"
 #include "tests/pipeline/support/surfaces.h"
 
 namespace grapnel {
@@ -63,6 +68,32 @@ TEST(ClosestPointTable, RespectsItsDistanceAndItsEdges) {
   EXPECT_EQ(table.nearby(Vec3f(0.0F, -9.0F, 0.0F)), -1);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(table.closest(Vec3f(nan, 0.0F, 0.0F), 1.0F), -1);
+}
+
+TEST(ClosestPointTable, FindsForManyPointsWhatItFindsForEach) {
+  test::OwnedSurface ball = test::bumpy_ball(1500, 0.2);
+  ClosestPointTable table;
+  const test::ArenaMemory memory([&](Arena& arena) { table.reserve(arena, 60000); });
+  table.build(*ball, 0.05);
+  Rng rng(41);
+  constexpr std::size_t kCount = 1003;
+  std::array<std::vector<float>, 3> p;
+  for (std::vector<float>& plane : p) {
+    plane.resize(kernels::in_lanes(kCount));
+    for (float& value : plane) value = static_cast<float>(rng.uniform(-0.35, 0.35));
+  }
+  for (const std::string& target : kernels::target_names()) {
+    ASSERT_TRUE(kernels::force_target(target));
+    std::vector<std::int32_t> found(kernels::in_lanes(kCount));
+    table.closest_of_each(p[0].data(), p[1].data(), p[2].data(), kCount, 0.06F, found.data());
+    std::size_t partners = 0;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      ASSERT_EQ(found[i], table.closest(Vec3f(p[0][i], p[1][i], p[2][i]), 0.06F)) << i;
+      partners += found[i] >= 0 ? 1U : 0U;
+    }
+    EXPECT_GT(partners, kCount / 10);
+  }
+  ASSERT_TRUE(kernels::force_target(""));
 }
 
 }  // namespace
