@@ -7,7 +7,7 @@
 #include "base/math.h"
 #include "pipeline/descriptors/common.h"
 #include "pipeline/descriptors/pair_feature.h"
-#include "pipeline/kernels/pair_features.h"
+#include "pipeline/kernels/weighted_rows.h"
 
 namespace grapnel {
 
@@ -27,17 +27,21 @@ FieldTable fpfh_fields() noexcept {
 
 namespace {
 
-constexpr std::size_t kStride = 40;  ///< 33 bins, padded for the weighted sum
+static_assert(kernels::kWeightedLength == 40);
 
 /// Scales each third of the row to a sum of 100.
-void normalise_thirds(std::span<float> row) noexcept {
+template <class Real>
+void normalise_thirds(std::span<const Real> sums, std::span<float> row) noexcept {
   for (std::size_t third = 0; third < 3; ++third) {
-    const std::span<float> bins = row.subspan(third * FpfhEstimator::kBins, FpfhEstimator::kBins);
+    const std::size_t first = third * FpfhEstimator::kBins;
     double sum = 0.0;
-    for (const float bin : bins) sum += static_cast<double>(bin);
-    if (sum == 0.0) continue;
-    const auto scale = static_cast<float>(100.0 / sum);
-    for (float& bin : bins) bin *= scale;
+    for (std::size_t i = 0; i < FpfhEstimator::kBins; ++i) {
+      sum += static_cast<double>(sums[first + i]);
+    }
+    const auto scale = static_cast<Real>(sum == 0.0 ? 0.0 : 100.0 / sum);
+    for (std::size_t i = 0; i < FpfhEstimator::kBins; ++i) {
+      row[first + i] = static_cast<float>(sums[first + i] * scale);
+    }
   }
 }
 
@@ -48,67 +52,147 @@ void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
   max_neighbours_ = params_.max_neighbours > 0 ? static_cast<std::size_t>(params_.max_neighbours)
                                                : limits.max_neighbours;
   search_.reserve(arena, limits);
-  simplified_ = arena.take<float>(points * kStride);
-  needed_ = arena.take<std::uint8_t>(points);
-  others_ = arena.take<std::int32_t>(max_neighbours_);
-  bins_ = arena.take<std::int32_t>(max_neighbours_ + 8);
-}
-
-std::span<const float> FpfhEstimator::simplified(std::size_t point_i) const noexcept {
-  return simplified_.subspan(point_i * kStride, kDimension);
-}
-
-void FpfhEstimator::simplify(const Surface& surface, std::size_t point_i, float radius_m) noexcept {
-  const std::span<float> histogram = simplified_.subspan(point_i * kStride, kStride);
-  std::fill(histogram.begin(), histogram.end(), 0.0F);
-  if (!surface.has_normal(point_i)) return;
-  const Neighbourhood around = search_.thin(search_.within(point_i, radius_m), max_neighbours_);
-  std::size_t count = 0;
-  for (const std::int32_t index : around.index) {
-    const auto other = static_cast<std::size_t>(index);
-    if (other != point_i && surface.has_normal(other)) others_[count++] = index;
+  points_ = arena.take<float>(points * kernels::kOrientedRow);
+  weights_ = arena.take<float>(points);
+  for (std::span<std::int32_t>* list : {&row_of_point_, &row_at_, &others_, &rows_}) {
+    *list = arena.take<std::int32_t>(points);
   }
-  if (count == 0) return;
-  // The increment counts all pairs, also those that turn out to have no features.
-  const float increment = 100.0F / static_cast<float>(count);
-  if (params_.engine == Engine::Fast) {
-    const kernels::OrientedPlanes points{surface.x.data(),  surface.y.data(),  surface.z.data(),
-                                         surface.nx.data(), surface.ny.data(), surface.nz.data()};
-    kernels::pair_bins(points, static_cast<std::int32_t>(point_i), others_.first(count),
-                       bins_.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      if (bins_[i] == kernels::kNoPair) continue;
-      const auto packed = static_cast<std::uint32_t>(bins_[i]);
-      histogram[packed & 0xff] += increment;
-      histogram[kBins + ((packed >> 8) & 0xff)] += increment;
-      histogram[2 * kBins + (packed >> 16)] += increment;
+  bins_ = arena.take<std::int32_t>(max_neighbours_ + 8);
+  if (params_.engine == Engine::Reference) {
+    plain_sums_ = arena.take<double>(std::max(points, limits.max_keypoints) * kDimension);
+  }
+}
+
+void FpfhEstimator::arrange(const Surface& surface, std::span<const Keypoint> keypoints) noexcept {
+  std::fill_n(row_of_point_.begin(), surface.size, -1);
+  for (std::size_t k = keypoints.size(); k-- > 0;) {
+    const auto point = static_cast<std::size_t>(keypoints[k].point);
+    if (surface.has_normal(point)) row_of_point_[point] = static_cast<std::int32_t>(k);
+  }
+  all_normals_ = true;
+  for (std::size_t position = 0; position < surface.size; ++position) {
+    const std::size_t point = search_.point_at(position);
+    const std::array<float, kernels::kOrientedRow> row = {surface.x[point],
+                                                          surface.y[point],
+                                                          surface.z[point],
+                                                          surface.nx[point],
+                                                          surface.ny[point],
+                                                          surface.nz[point],
+                                                          0.0F,
+                                                          0.0F};
+    std::ranges::copy(row, points_.data() + position * row.size());
+    row_at_[position] = row_of_point_[point];
+    all_normals_ = all_normals_ && surface.has_normal(point);
+  }
+}
+
+std::size_t FpfhEstimator::rows_around(const Neighbourhood& around) noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < around.size(); ++i) {
+    const std::int32_t row = row_at_[static_cast<std::size_t>(around.index[i])];
+    rows_[count] = row;
+    weights_[count] = around.squared_m2[i];
+    count +=
+        static_cast<std::size_t>(row >= 0) & static_cast<std::size_t>(around.squared_m2[i] != 0.0F);
+  }
+  for (std::size_t i = 0; i < count; ++i) weights_[i] = 1.0F / weights_[i];
+  return count;
+}
+
+void FpfhEstimator::count_fast(std::size_t position,
+                               std::span<const std::int32_t> others) noexcept {
+  kernels::pair_bins(points_.data(), static_cast<std::int32_t>(position), others, bins_.data());
+  // Neighbouring pairs fall into the same bins: counting in turn into two tables keeps one count
+  // from waiting for the last.
+  std::array<std::array<std::uint32_t, kDimension>, 2> tables{};
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    if (bins_[i] == kernels::kNoPair) continue;
+    const auto packed = static_cast<std::uint32_t>(bins_[i]);
+    std::array<std::uint32_t, kDimension>& table = tables[i % 2];
+    ++table[packed & 0xff];
+    ++table[kBins + ((packed >> 8) & 0xff)];
+    ++table[2 * kBins + (packed >> 16)];
+  }
+  for (std::size_t bin = 0; bin < kDimension; ++bin) {
+    histogram_[bin] = static_cast<float>(tables[0][bin] + tables[1][bin]);
+  }
+}
+
+void FpfhEstimator::count_plain(std::size_t position,
+                                std::span<const std::int32_t> others) noexcept {
+  const auto vector = [&](std::size_t i, std::size_t first) {
+    const float* from = points_.data() + i * kernels::kOrientedRow + first;
+    return Vec3d(static_cast<double>(from[0]), static_cast<double>(from[1]),
+                 static_cast<double>(from[2]));
+  };
+  plain_.fill(0.0);
+  for (const std::int32_t index : others) {
+    const auto other = static_cast<std::size_t>(index);
+    const PairFeature pair =
+        pair_feature(vector(position, 0), vector(position, 3), vector(other, 0), vector(other, 3));
+    if (!pair.valid) continue;
+    plain_[bin_of(pair.f1_rad, -math::kPi, math::kPi, kBins)] += 1.0;
+    plain_[kBins + bin_of(pair.f2, -1.0, 1.0, kBins)] += 1.0;
+    plain_[2 * kBins + bin_of(pair.f3, -1.0, 1.0, kBins)] += 1.0;
+  }
+}
+
+bool FpfhEstimator::simplify(std::size_t position, const Neighbourhood& around) noexcept {
+  if (!has_normal(position)) return false;
+  std::span<const std::int32_t> others = around.index;
+  // The point itself makes no pair; it is left in where nothing else must be taken out.
+  std::size_t pairs = others.size() - 1;
+  if (!all_normals_ || others.size() > max_neighbours_) {
+    std::size_t count = 0;
+    for (const std::int32_t index : search_.thin(around, max_neighbours_).index) {
+      const auto other = static_cast<std::size_t>(index);
+      others_[count] = index;
+      count += other != position && has_normal(other) ? 1U : 0U;
     }
+    others = others_.first(count);
+    pairs = count;
+  }
+  if (pairs == 0) return false;
+  // All pairs count, also those that turn out to have no features.
+  if (params_.engine == Engine::Fast) {
+    count_fast(position, others);
+    const float increment = 100.0F / static_cast<float>(pairs);
+    for (float& bin : histogram_) bin *= increment;
+  } else {
+    count_plain(position, others);
+    for (double& bin : plain_) bin *= 100.0 / static_cast<double>(pairs);
+  }
+  return true;
+}
+
+void FpfhEstimator::add_to_rows(std::size_t count, FeatureMatrix& features) noexcept {
+  if (params_.engine == Engine::Fast) {
+    kernels::add_weighted_row(histogram_.data(), rows_.first(count), weights_.data(),
+                              features.stride, features.values.data());
     return;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const auto other = static_cast<std::size_t>(others_[i]);
-    const PairFeature pair =
-        pair_feature(surface.point(point_i).cast<double>(), surface.normal(point_i).cast<double>(),
-                     surface.point(other).cast<double>(), surface.normal(other).cast<double>());
-    if (!pair.valid) continue;
-    histogram[bin_of(pair.f1_rad, -math::kPi, math::kPi, kBins)] += increment;
-    histogram[kBins + bin_of(pair.f2, -1.0, 1.0, kBins)] += increment;
-    histogram[2 * kBins + bin_of(pair.f3, -1.0, 1.0, kBins)] += increment;
+    double* sums = plain_sums_.data() + static_cast<std::size_t>(rows_[i]) * kDimension;
+    for (std::size_t bin = 0; bin < kDimension; ++bin) {
+      sums[bin] += static_cast<double>(weights_[i]) * plain_[bin];
+    }
   }
 }
 
-void FpfhEstimator::weigh(std::size_t point_i, float radius_m, std::span<float> row) noexcept {
-  const Neighbourhood around = search_.thin(search_.within(point_i, radius_m), max_neighbours_);
-  std::array<float, kStride> sum{};
-  for (std::size_t i = 0; i < around.size(); ++i) {
-    if (around.squared_m2[i] == 0.0F) continue;
-    const float weight = 1.0F / around.squared_m2[i];
-    const float* histogram =
-        simplified_.data() + static_cast<std::size_t>(around.index[i]) * kStride;
-    for (std::size_t bin = 0; bin < kStride; ++bin) sum[bin] += weight * histogram[bin];
+void FpfhEstimator::finish_rows(std::span<const Keypoint> keypoints,
+                                FeatureMatrix& features) noexcept {
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    const std::int32_t owner = row_of_point_[static_cast<std::size_t>(keypoints[k].point)];
+    if (owner < 0) continue;
+    if (static_cast<std::size_t>(owner) != k) {
+      // The same point once more: the first one's row is finished already.
+      std::ranges::copy(features.row(static_cast<std::size_t>(owner)), features.row(k).begin());
+    } else if (params_.engine == Engine::Fast) {
+      normalise_thirds<float>(features.row(k), features.row(k));
+    } else {
+      normalise_thirds<double>(plain_sums_.subspan(k * kDimension, kDimension), features.row(k));
+    }
   }
-  std::copy_n(sum.begin(), kDimension, row.begin());
-  normalise_thirds(row);
 }
 
 Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint> keypoints,
@@ -116,21 +200,37 @@ Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint>
   const Result<float> radius_m = begin_description(
       surface, keypoints, params_.radius_m, params_.radius_ratio, kDimension, features, search_);
   if (!radius_m.ok()) return radius_m.error();
-  const float radius = radius_m.value();
-  std::fill_n(needed_.begin(), surface.size, std::uint8_t{0});
-  for (const Keypoint& keypoint : keypoints) {
-    const Neighbourhood around = search_.thin(
-        search_.within(static_cast<std::size_t>(keypoint.point), radius), max_neighbours_);
-    for (const std::int32_t index : around.index) needed_[static_cast<std::size_t>(index)] = 1;
+  radius_m_ = radius_m.value();
+  if (params_.engine == Engine::Reference) {
+    if (keypoints.size() * kDimension > plain_sums_.size()) {
+      return Error{Code::CapacityExceeded, Stage::Descriptors,
+                   static_cast<std::int32_t>(keypoints.size())};
+    }
+    std::fill_n(plain_sums_.begin(), keypoints.size() * kDimension, 0.0);
   }
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    if (needed_[i] != 0) simplify(surface, i, radius);
+  arrange(surface, keypoints);
+  for (std::size_t position = 0; position < surface.size; ++position) {
+    const Neighbourhood around = search_.near_position(position, radius_m_);
+    const std::size_t count = rows_around(around);
+    if (count > 0 && simplify(position, around)) add_to_rows(count, features);
   }
-  for (std::size_t k = 0; k < keypoints.size(); ++k) {
-    const auto point_i = static_cast<std::size_t>(keypoints[k].point);
-    if (surface.has_normal(point_i)) weigh(point_i, radius, features.row(k));
-  }
+  finish_rows(keypoints, features);
   return {};
+}
+
+std::span<const float> FpfhEstimator::simplified(const Surface& surface,
+                                                 std::size_t point_i) noexcept {
+  histogram_.fill(0.0F);
+  for (std::size_t position = 0; position < surface.size; ++position) {
+    if (search_.point_at(position) != point_i) continue;
+    if (!simplify(position, search_.near_position(position, radius_m_))) continue;
+    if (params_.engine == Engine::Reference) {
+      for (std::size_t bin = 0; bin < kDimension; ++bin) {
+        histogram_[bin] = static_cast<float>(plain_[bin]);
+      }
+    }
+  }
+  return std::span<const float>(histogram_).first(kDimension);
 }
 
 }  // namespace grapnel

@@ -148,16 +148,75 @@ void CountPairCells(const OrientedPlanes& points, std::size_t count, int bins,
   }
 }
 
-void PairBinsOf(const OrientedPlanes& points, std::int32_t point_i,
-                std::span<const std::int32_t> others, std::int32_t* bins) {
+template <class V>
+struct OrientedPoints {
+  Vector3<V> place, normal;
+};
+
+#if HWY_TARGET != HWY_SCALAR
+/// Columns 0…3 of four rows of each 128-bit block.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void TransposeBlocks(D d, const V (&rows)[4], V (&columns)[4]) {
+  const hn::Repartition<double, D> dd;
+  const auto pair = [&](V v) { return hn::BitCast(dd, v); };
+  const auto low01 = pair(hn::InterleaveLower(d, rows[0], rows[1]));
+  const auto high01 = pair(hn::InterleaveUpper(d, rows[0], rows[1]));
+  const auto low23 = pair(hn::InterleaveLower(d, rows[2], rows[3]));
+  const auto high23 = pair(hn::InterleaveUpper(d, rows[2], rows[3]));
+  columns[0] = hn::BitCast(d, hn::InterleaveLower(dd, low01, low23));
+  columns[1] = hn::BitCast(d, hn::InterleaveUpper(dd, low01, low23));
+  columns[2] = hn::BitCast(d, hn::InterleaveLower(dd, high01, high23));
+  columns[3] = hn::BitCast(d, hn::InterleaveUpper(dd, high01, high23));
+}
+
+#endif
+
+/// The points at `index`, one a lane.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE OrientedPoints<V> LoadPoints(D d, const float* points, const std::int32_t* index) {
+  const auto row = [&](std::size_t k) {
+    return points + static_cast<std::size_t>(index[k]) * kOrientedRow;
+  };
+#if HWY_TARGET == HWY_SCALAR
+  const auto at = [&](std::size_t i) { return hn::Set(d, row(0)[i]); };
+  return {{at(0), at(1), at(2)}, {at(3), at(4), at(5)}};
+#else
+  if constexpr (hn::MaxLanes(d) == 8) {
+    V low[4];
+    V high[4];
+    const V first[4] = {hn::LoadU(d, row(0)), hn::LoadU(d, row(1)), hn::LoadU(d, row(2)),
+                        hn::LoadU(d, row(3))};
+    const V second[4] = {hn::LoadU(d, row(4)), hn::LoadU(d, row(5)), hn::LoadU(d, row(6)),
+                         hn::LoadU(d, row(7))};
+    TransposeBlocks(d, first, low);
+    TransposeBlocks(d, second, high);
+    const auto lower = [&](int i) { return hn::ConcatLowerLower(d, high[i], low[i]); };
+    const auto upper = [&](int i) { return hn::ConcatUpperUpper(d, high[i], low[i]); };
+    return {{lower(0), lower(1), lower(2)}, {lower(3), upper(0), upper(1)}};
+  } else {
+    static_assert(hn::MaxLanes(d) == 4);
+    V front[4];
+    V back[4];
+    const V first[4] = {hn::LoadU(d, row(0)), hn::LoadU(d, row(1)), hn::LoadU(d, row(2)),
+                        hn::LoadU(d, row(3))};
+    const V second[4] = {hn::LoadU(d, row(0) + 4), hn::LoadU(d, row(1) + 4),
+                         hn::LoadU(d, row(2) + 4), hn::LoadU(d, row(3) + 4)};
+    TransposeBlocks(d, first, front);
+    TransposeBlocks(d, second, back);
+    return {{front[0], front[1], front[2]}, {front[3], back[0], back[1]}};
+  }
+#endif
+}
+
+void PairBinsOf(const float* points, std::int32_t point_i, std::span<const std::int32_t> others,
+                std::int32_t* bins) {
   const hn::CappedTag<float, 8> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
   using V = hn::Vec<decltype(d)>;
-  const Vector3<V> p{hn::Set(d, points.x[point_i]), hn::Set(d, points.y[point_i]),
-                     hn::Set(d, points.z[point_i])};
-  const Vector3<V> np{hn::Set(d, points.nx[point_i]), hn::Set(d, points.ny[point_i]),
-                      hn::Set(d, points.nz[point_i])};
+  const float* own = points + static_cast<std::size_t>(point_i) * kOrientedRow;
+  const Vector3<V> p{hn::Set(d, own[0]), hn::Set(d, own[1]), hn::Set(d, own[2])};
+  const Vector3<V> np{hn::Set(d, own[3]), hn::Set(d, own[4]), hn::Set(d, own[5])};
   HWY_ALIGN std::array<std::int32_t, 8> last;
   for (std::size_t i = 0; i < others.size(); i += lanes) {
     const std::int32_t* from = others.data() + i;
@@ -166,13 +225,9 @@ void PairBinsOf(const OrientedPlanes& points, std::int32_t point_i,
       std::copy(from, others.data() + others.size(), last.begin());
       from = last.data();
     }
-    const auto index = hn::LoadU(di, from);
-    const Vector3<V> q{hn::GatherIndex(d, points.x, index), hn::GatherIndex(d, points.y, index),
-                       hn::GatherIndex(d, points.z, index)};
-    const Vector3<V> nq{hn::GatherIndex(d, points.nx, index), hn::GatherIndex(d, points.ny, index),
-                        hn::GatherIndex(d, points.nz, index)};
-    hn::StoreU(Packed(d, BinsOfPairs(d, p, np, q, nq, static_cast<float>(kPairBins))), di,
-               bins + i);
+    const auto q = LoadPoints(d, points, from);
+    const auto found = BinsOfPairs(d, p, np, q.place, q.normal, static_cast<float>(kPairBins));
+    hn::StoreU(Packed(d, found), di, bins + i);
   }
 }
 
@@ -187,8 +242,8 @@ namespace grapnel::kernels {
 HWY_EXPORT(PairBinsOf);
 HWY_EXPORT(CountPairCells);
 
-void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
-               std::span<const std::int32_t> others, std::int32_t* bins) noexcept {
+void pair_bins(const float* points, std::int32_t point_i, std::span<const std::int32_t> others,
+               std::int32_t* bins) noexcept {
   HWY_DYNAMIC_DISPATCH(PairBinsOf)(points, point_i, others, bins);
 }
 

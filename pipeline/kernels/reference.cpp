@@ -126,11 +126,9 @@ struct Bins {
   bool none = true;
 };
 
-Bins bins_of_pair(const OrientedPlanes& points, std::size_t i, std::size_t j, float bins) noexcept {
-  const Triple np{points.nx[i], points.ny[i], points.nz[i]};
-  const Triple nq{points.nx[j], points.ny[j], points.nz[j]};
-  const Triple line{points.x[j] - points.x[i], points.y[j] - points.y[i],
-                    points.z[j] - points.z[i]};
+Bins bins_of_pair(const Triple& p, const Triple& np, const Triple& q, const Triple& nq,
+                  float bins) noexcept {
+  const Triple line{q.x - p.x, q.y - p.y, q.z - p.z};
   const float length = std::sqrt(dot(line, line));
   const float along_p = dot(np, line);
   const float along_q = dot(nq, line);
@@ -153,20 +151,29 @@ Bins bins_of_pair(const OrientedPlanes& points, std::size_t i, std::size_t j, fl
 
 }  // namespace
 
-void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
-               std::span<const std::int32_t> others, std::int32_t* bins) noexcept {
+void pair_bins(const float* points, std::int32_t point_i, std::span<const std::int32_t> others,
+               std::int32_t* bins) noexcept {
+  const auto triple = [&](std::int32_t i, std::size_t first) {
+    const float* from = points + static_cast<std::size_t>(i) * kOrientedRow + first;
+    return Triple{from[0], from[1], from[2]};
+  };
   for (std::size_t i = 0; i < others.size(); ++i) {
-    const Bins b = bins_of_pair(points, static_cast<std::size_t>(point_i),
-                                static_cast<std::size_t>(others[i]), kPairBins);
+    const Bins b = bins_of_pair(triple(point_i, 0), triple(point_i, 3), triple(others[i], 0),
+                                triple(others[i], 3), kPairBins);
     bins[i] = b.none ? kNoPair : b.f1 | b.f2 << 8 | b.f3 << 16;
   }
 }
 
 void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
                       const PairCellCounts& counts) noexcept {
+  const auto place = [&](std::size_t i) { return Triple{points.x[i], points.y[i], points.z[i]}; };
+  const auto normal = [&](std::size_t i) {
+    return Triple{points.nx[i], points.ny[i], points.nz[i]};
+  };
   for (std::size_t i = 1; i < count; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      const Bins b = bins_of_pair(points, i, j, static_cast<float>(bins));
+      const Bins b =
+          bins_of_pair(place(i), normal(i), place(j), normal(j), static_cast<float>(bins));
       if (!b.none) ++counts.table[0][b.f1 + bins * (b.f2 + bins * b.f3)];
     }
   }

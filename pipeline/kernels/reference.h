@@ -11,6 +11,7 @@
 #include "pipeline/kernels/rigid_pairs.h"
 #include "pipeline/kernels/spin_cells.h"
 #include "pipeline/kernels/surface_pairs.h"
+#include "pipeline/kernels/weighted_rows.h"
 #include "pipeline/kernels/within.h"
 
 namespace grapnel::kernels::reference {
@@ -33,8 +34,8 @@ std::size_t support_row(const std::uint16_t* above, const std::uint16_t* row,
 void back_project_row(const std::uint16_t* depth, const RowCamera& camera, std::size_t width,
                       float* x, float* y, float* z) noexcept;
 
-void pair_bins(const OrientedPlanes& points, std::int32_t point_i,
-               std::span<const std::int32_t> others, std::int32_t* bins) noexcept;
+void pair_bins(const float* points, std::int32_t point_i, std::span<const std::int32_t> others,
+               std::int32_t* bins) noexcept;
 
 void count_pair_cells(const OrientedPlanes& points, std::size_t count, int bins,
                       const PairCellCounts& counts) noexcept;
@@ -66,6 +67,9 @@ void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const
 
 [[nodiscard]] float rate_in_field(const OrientedPlanes& samples, std::size_t count,
                                   const Motion& motion, const LevelField& field) noexcept;
+
+void add_weighted_row(const float* row, std::span<const std::int32_t> targets, const float* weights,
+                      std::size_t stride, float* matrix) noexcept;
 
 std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& motion,
                           float squared_m2) noexcept;

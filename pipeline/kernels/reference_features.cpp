@@ -101,6 +101,14 @@ void spin_votes(const OrientedPlanes& points, const SpinFrame& f,
   }
 }
 
+void add_weighted_row(const float* row, std::span<const std::int32_t> targets,
+                      const float* weights, std::size_t stride, float* matrix) noexcept {
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    float* to = matrix + static_cast<std::size_t>(targets[i]) * stride;
+    for (std::size_t k = 0; k < kWeightedLength; ++k) to[k] += weights[i] * row[k];
+  }
+}
+
 std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& m,
                           float squared_m2) noexcept {
   std::size_t inliers = 0;

@@ -95,7 +95,7 @@ void NeighbourSearch::for_ranges(const Vec3f& place, float radius_m,
   if (pending > 0) use(std::span<const PointRange>(ranges).first(pending));
 }
 
-Neighbourhood NeighbourSearch::within(const Vec3f& place, float radius_m) noexcept {
+std::size_t NeighbourSearch::select(const Vec3f& place, float radius_m) noexcept {
   GRAPNEL_ASSERT(surface_ != nullptr);
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
@@ -104,6 +104,16 @@ Neighbourhood NeighbourSearch::within(const Vec3f& place, float radius_m) noexce
     found += kernels::select_within(points, ranges, sphere, index_.data() + found,
                                     squared_m2_.data() + found);
   });
+  return found;
+}
+
+Neighbourhood NeighbourSearch::near_position(std::size_t position, float radius_m) noexcept {
+  const std::size_t found = select(Vec3f(x_[position], y_[position], z_[position]), radius_m);
+  return {index_.first(found), squared_m2_.first(found)};
+}
+
+Neighbourhood NeighbourSearch::within(const Vec3f& place, float radius_m) noexcept {
+  const std::size_t found = select(place, radius_m);
   if (!on_grid_) {
     for (std::size_t i = 0; i < found; ++i) index_[i] = cells_.point(index_[i]);
   }

@@ -41,6 +41,12 @@ class NeighbourSearch {
   [[nodiscard]] Neighbourhood within(std::size_t point_i, float radius_m) noexcept;
   /// The same around any place.
   [[nodiscard]] Neighbourhood within(const Vec3f& place, float radius_m) noexcept;
+  /// The same around the point at a position of the search's order (point_at), as positions.
+  [[nodiscard]] Neighbourhood near_position(std::size_t position, float radius_m) noexcept;
+  /// Coordinates in the order of the positions.
+  [[nodiscard]] kernels::PointPlanes planes() const noexcept {
+    return {x_.data(), y_.data(), z_.data()};
+  }
   /// The `count` nearest points (fewer when the surface has fewer), nearest first, ties by index.
   [[nodiscard]] Neighbourhood nearest(const Vec3f& place, std::size_t count) noexcept;
 
@@ -76,6 +82,8 @@ class NeighbourSearch {
 
  private:
   void copy_points(const Surface& surface) noexcept;
+  /// Positions in the sphere, left in index_ with their squared distances. Returns their number.
+  std::size_t select(const Vec3f& place, float radius_m) noexcept;
   /// Stretches of points that may lie in the sphere, in batches to `use(span of PointRange)`.
   template <class Use>
   void for_ranges(const Vec3f& place, float radius_m, const Use& use) const noexcept;

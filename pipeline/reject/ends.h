@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 
 #include "base/arena.h"
@@ -19,6 +21,11 @@ namespace grapnel {
 [[nodiscard]] inline std::size_t target_point(const PairView& pair,
                                               const Correspondence& c) noexcept {
   return static_cast<std::size_t>(pair.target_keypoints[static_cast<std::size_t>(c.target)].point);
+}
+
+/// What pairs are sorted by: a distance that is no number is the farthest.
+[[nodiscard]] inline float sort_key(const Correspondence& c) noexcept {
+  return std::isnan(c.distance) ? std::numeric_limits<float>::infinity() : c.distance;
 }
 
 /// The ends of all pairs side by side, each side about its first pair's point, so that single

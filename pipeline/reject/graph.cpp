@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string_view>
 
@@ -94,8 +95,8 @@ void GraphRejector::shorten(Correspondences& correspondences) noexcept {
   std::iota(order.begin(), order.end(), 0);
   const auto last = order.begin() + static_cast<std::ptrdiff_t>(room);
   std::nth_element(order.begin(), last, order.end(), [&](std::int32_t a, std::int32_t b) {
-    const float of_a = correspondences[static_cast<std::size_t>(a)].distance;
-    const float of_b = correspondences[static_cast<std::size_t>(b)].distance;
+    const float of_a = sort_key(correspondences[static_cast<std::size_t>(a)]);
+    const float of_b = sort_key(correspondences[static_cast<std::size_t>(b)]);
     return of_a < of_b || (of_a == of_b && a < b);
   });
   std::sort(order.begin(), last);
@@ -134,9 +135,9 @@ void GraphRejector::drop_odd_normals(const PairView& pair,
 
 void GraphRejector::connect(const PairView& pair, const Correspondences& correspondences,
                             double tolerance_m) noexcept {
-  // Ends nearer than the tolerance agree with anything.
-  const auto tolerance = static_cast<float>(tolerance_m);
-  const kernels::PairAgreement agreement{tolerance, tolerance};
+  // Pairs that share an end can't both be right.
+  const kernels::PairAgreement agreement{static_cast<float>(tolerance_m),
+                                         std::numeric_limits<float>::min()};
   for (std::size_t i = 0; i < count_; ++i) {
     kernels::agreeing_pairs(ends_.planes(), count_, i, agreement, row(i).data());
   }
@@ -235,7 +236,23 @@ void GraphRejector::keep_clique(std::span<const std::uint64_t> clique, std::size
   sizes_[at] = size;
 }
 
+/// A clique of n pairs lies in the core of degree n - 1: pairs whose core is less than half of the
+/// largest are in no clique worth keeping.
+void GraphRejector::prune(std::size_t highest) noexcept {
+  const std::span<std::uint64_t> alive = candidates_.first(words_);
+  std::ranges::fill(alive, 0U);
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (2 * static_cast<std::size_t>(core_[i]) >= highest) set(alive, i);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t word = 0; word < words_; ++word) {
+      row(i)[word] &= has(alive, i) ? alive[word] : 0U;
+    }
+  }
+}
+
 void GraphRejector::find_cliques() noexcept {
+  prune(find_cores());
   score_seeds();
   const std::span<std::int32_t> order = order_.first(count_);
   std::iota(order.begin(), order.end(), 0);

@@ -51,6 +51,7 @@ class GraphRejector final : public CorrespondenceRejector {
   void drop_odd_normals(const PairView& pair, const Correspondences& correspondences) noexcept;
   /// Core number of every pair (Batagelj and Zaversnik 2003); returns the largest.
   std::size_t find_cores() noexcept;
+  void prune(std::size_t highest) noexcept;
   void score_seeds() noexcept;
   /// Grows `clique` from one pair. Returns its size.
   std::size_t grow(std::size_t seed, std::span<std::uint64_t> clique) noexcept;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "pipeline/reject/ends.h"
+
 namespace grapnel {
 
 FieldTable median_rejector_fields() noexcept {
@@ -20,7 +22,10 @@ void MedianRejector::reserve(Arena& arena, const Limits& limits) {
 Status MedianRejector::reject(const PairView&, Correspondences& correspondences, Rng&) noexcept {
   const std::size_t count = correspondences.size();
   if (count == 0) return {};
-  for (std::size_t i = 0; i < count; ++i) distances_[i] = correspondences[i].distance;
+  if (count > distances_.size()) {
+    return Error{Code::CapacityExceeded, Stage::Reject, static_cast<std::int32_t>(count)};
+  }
+  for (std::size_t i = 0; i < count; ++i) distances_[i] = sort_key(correspondences[i]);
   const auto middle = distances_.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(distances_.begin(), middle,
                    distances_.begin() + static_cast<std::ptrdiff_t>(count));

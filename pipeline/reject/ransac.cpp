@@ -63,8 +63,9 @@ bool RansacRejector::draw(float distance_m, Rng& rng, PointPairSums& sums) noexc
     for (std::size_t j = 0; j < k; ++j) {
       const float source_m = (s[k] - s[j]).norm();
       const float target_m = (t[k] - t[j]).norm();
-      if (std::min(source_m, target_m) < distance_m) return false;
-      if (std::fabs(source_m - target_m) > 2.0F * distance_m) return false;
+      // Written so that places which are no numbers fail.
+      if (!(std::min(source_m, target_m) >= distance_m)) return false;
+      if (!(std::fabs(source_m - target_m) <= 2.0F * distance_m)) return false;
     }
   }
   for (std::size_t k = 0; k < 3; ++k) sums.add(s[k].cast<double>(), t[k].cast<double>());

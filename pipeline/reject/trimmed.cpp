@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "pipeline/reject/ends.h"
+
 namespace grapnel {
 
 FieldTable trimmed_rejector_fields() noexcept {
@@ -33,8 +35,8 @@ Status TrimmedRejector::reject(const PairView&, Correspondences& correspondences
   const std::span<std::int32_t> order = order_.first(count);
   std::iota(order.begin(), order.end(), 0);
   const auto nearer = [&](std::int32_t a, std::int32_t b) {
-    const float of_a = correspondences[static_cast<std::size_t>(a)].distance;
-    const float of_b = correspondences[static_cast<std::size_t>(b)].distance;
+    const float of_a = sort_key(correspondences[static_cast<std::size_t>(a)]);
+    const float of_b = sort_key(correspondences[static_cast<std::size_t>(b)]);
     return of_a < of_b || (of_a == of_b && a < b);
   };
   const auto last = order.begin() + static_cast<std::ptrdiff_t>(kept);

@@ -153,7 +153,7 @@ TEST_P(PclBunnyFpfh, SimplifiedHistogramOfTheFirstPoint) {
       12.8788,  6.56566,  4.29293,  2.52525, 0.0,     5.05051, 4.54545,  5.05051, 1.76768,
       3.0303,   9.09091,  31.8182,  22.2222, 11.8687, 5.55556};
   for (std::size_t bin = 0; bin < 33; ++bin) {
-    EXPECT_NEAR(described.fpfh.simplified(0)[bin], kExpected[bin], 1e-4) << bin;
+    EXPECT_NEAR(described.fpfh.simplified(*surface, 0)[bin], kExpected[bin], 1e-4) << bin;
   }
 }
 

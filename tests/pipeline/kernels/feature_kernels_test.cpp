@@ -154,6 +154,23 @@ TEST_P(FeatureKernel, BestRowsAreThoseOfPlainLoops) {
   }
 }
 
+TEST_P(FeatureKernel, WeightedRowsHaveTheSameBitsAsPlainLoops) {
+  Rng rng(31);
+  const auto numbers = [&](std::size_t count) {
+    std::vector<float> list(count);
+    for (float& value : list) value = static_cast<float>(rng.uniform(0.0, 100.0));
+    return list;
+  };
+  const std::vector<float> row = numbers(kernels::kWeightedLength);
+  const std::vector<float> weights = numbers(5);
+  const std::vector<std::int32_t> targets = {3, 0, 3, 1, 4};
+  std::vector<float> matrix = numbers(5 * 48);
+  std::vector<float> expected = matrix;
+  kernels::add_weighted_row(row.data(), targets, weights.data(), 48, matrix.data());
+  kernels::reference::add_weighted_row(row.data(), targets, weights.data(), 48, expected.data());
+  EXPECT_EQ(std::memcmp(matrix.data(), expected.data(), matrix.size() * sizeof(float)), 0);
+}
+
 TEST_P(FeatureKernel, InliersAndAgreeingPairsAreThoseOfPlainLoops) {
   for (const std::size_t count : {1U, 8U, 67U, 500U}) {
     Points points(500);

@@ -170,8 +170,12 @@ test::OwnedSurface oriented_points() {
   return surface;
 }
 
-kernels::OrientedPlanes planes_of(const Surface& s) {
-  return {s.x.data(), s.y.data(), s.z.data(), s.nx.data(), s.ny.data(), s.nz.data()};
+std::vector<float> rows_of(const Surface& s) {
+  std::vector<float> rows;
+  for (std::size_t i = 0; i < s.size; ++i) {
+    rows.insert(rows.end(), {s.x[i], s.y[i], s.z[i], s.nx[i], s.ny[i], s.nz[i], 0.0F, 0.0F});
+  }
+  return rows;
 }
 
 TEST_P(Kernel, PairBinsAreThoseOfPlainLoops) {
@@ -180,8 +184,8 @@ TEST_P(Kernel, PairBinsAreThoseOfPlainLoops) {
   for (std::int32_t i = 1; i < static_cast<std::int32_t>(surface->size); ++i) others.push_back(i);
   std::vector<std::int32_t> bins(others.size() + 8);
   std::vector<std::int32_t> expected(others.size() + 8);
-  kernels::pair_bins(planes_of(*surface), 0, others, bins.data());
-  kernels::reference::pair_bins(planes_of(*surface), 0, others, expected.data());
+  kernels::pair_bins(rows_of(*surface).data(), 0, others, bins.data());
+  kernels::reference::pair_bins(rows_of(*surface).data(), 0, others, expected.data());
   bins.resize(others.size());
   expected.resize(others.size());
   EXPECT_EQ(bins, expected);
@@ -193,7 +197,7 @@ TEST(PairBins, AgreeWithDoublePrecisionAwayFromTheBordersOfBins) {
   std::vector<std::int32_t> others;
   for (std::int32_t i = 1; i < static_cast<std::int32_t>(surface->size); ++i) others.push_back(i);
   std::vector<std::int32_t> bins(others.size() + 8);
-  kernels::pair_bins(planes_of(*surface), 0, others, bins.data());
+  kernels::pair_bins(rows_of(*surface).data(), 0, others, bins.data());
   // A place within this of a bin's border may fall on either side: float arithmetic and an arc
   // tangent right to 1e-5, in units of a bin.
   constexpr double kBorder = 1e-4;
