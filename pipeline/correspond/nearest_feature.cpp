@@ -67,7 +67,8 @@ std::span<const double> NearestFeature::prepare(std::span<const float> row,
       params_.normalise == Normalise::Yes ||
       (params_.normalise == Normalise::Auto && compares_distributions(params_.metric));
   if (normalise && sum > 0.0) {
-    for (std::size_t i = 0; i < row.size(); ++i) out[i] = out[i] / sum + kFloor;
+    const double scale = 1.0 / (1.0 + kFloor * static_cast<double>(row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) out[i] = (out[i] / sum + kFloor) * scale;
   }
   return out.first(row.size());
 }

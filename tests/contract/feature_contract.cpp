@@ -76,7 +76,7 @@ std::vector<OddSurface> odd_surfaces() {
   add("one NaN", surface_by(100, [&](float i) {
         return i == 50.0F ? Vec3f(kNan, 0.0F, 1.0F) : row_of_ten(i);
       }));
-  add("all NaN", surface_by(100, [](float) { return Vec3f(kNan, kNan, kNan); }));
+  add("all NaN", surface_by(100, [&](float) { return Vec3f(kNan, kNan, kNan); }));
   add("one infinite", surface_by(100, [&](float i) {
         return i == 50.0F ? Vec3f(std::numeric_limits<float>::infinity(), 0.0F, 1.0F)
                           : row_of_ten(i);
