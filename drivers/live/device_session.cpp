@@ -39,7 +39,7 @@ DeviceSession::DeviceSession(std::unique_ptr<SensorDevice> device, std::string s
       generation_(generation),
       orders_(orders),
       sense_(sense) {
-  orders_.sessions.fetch_add(1);
+  orders_.holders.fetch_add(1);
   // A thread that never comes counts as a hung opening.
   call_ends_us_.store(MonotonicClock().now_us() + kOpen_us);
 }
@@ -94,7 +94,7 @@ void DeviceSession::run() noexcept {
   Orders& orders = orders_;
   set_phase(Phase::Ended);
   leave();
-  orders.sessions.fetch_sub(1);
+  orders.leave();
 }
 
 bool DeviceSession::open() {

@@ -21,12 +21,20 @@ class DeviceSession {
   /// Arranges for run() to be called once on a thread that can be spared. False: it can't.
   using Launch = bool (*)(DeviceSession* session);
 
-  /// What a session does next, and where its frames go. Outlives every session that uses it.
+  /// What a session does next, and where its frames go. Held by the camera and by each session
+  /// that has not ended, hung ones included; the last to leave frees it.
   struct Orders {
+    Orders() = default;
+    Orders(const Orders&) = delete;
+    Orders& operator=(const Orders&) = delete;
+    virtual ~Orders() = default;
+    void leave() noexcept {
+      if (holders.fetch_sub(1) == 1) delete this;
+    }
     std::atomic<bool> stream{false};
     std::atomic<FrameExchange*> exchange{nullptr};
-    std::atomic<int> sessions{0};  ///< not ended yet, hung ones included
-    Signal changed;                ///< at every change of a session's phase
+    std::atomic<int> holders{1};
+    Signal changed;  ///< at every change of a session's phase
   };
 
   /// Owned by its two parties, the keeper and the device's thread: each calls leave() once.

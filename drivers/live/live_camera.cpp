@@ -34,13 +34,9 @@ bool launch_session_on_own_thread(DeviceSession* session) {
 }
 
 LiveCamera::LiveCamera(LiveDriver driver)
-    : driver_(std::move(driver)), shared_(std::make_unique<Shared>()), serial_(driver_.serial) {}
+    : driver_(std::move(driver)), shared_(new Shared), serial_(driver_.serial) {}
 
-LiveCamera::~LiveCamera() {
-  close();
-  // A session that hangs in the library still refers to it.
-  if (shared_->orders.sessions.load() != 0) static_cast<void>(shared_.release());
-}
+LiveCamera::~LiveCamera() { close(); }
 
 Result<CameraInfo> LiveCamera::open() {
   if (open_.load()) return info_;
@@ -81,8 +77,8 @@ Status LiveCamera::start(FramePool& pool, const CaptureHooks& hooks) {
   last_frame_us_.store(0);
   last_color_us_ = now_us();
   timer_->pause();
-  while (FrameExchange::Slot* const stale = shared_->exchange->take()) {
-    shared_->exchange->release(stale);
+  while (FrameExchange::Slot* const stale = shared_->frames->take()) {
+    shared_->frames->release(stale);
   }
   try {
     capture_ = std::thread([this] { capture(); });
@@ -91,15 +87,15 @@ Status LiveCamera::start(FramePool& pool, const CaptureHooks& hooks) {
     return Error{Code::InternalFault, Stage::Capture, error.code().value()};
   }
   started_.store(true);
-  shared_->orders.stream.store(true);
+  shared_->stream.store(true);
   return {};
 }
 
 void LiveCamera::stop() noexcept {
   if (!capture_.joinable()) return;
-  shared_->orders.stream.store(false);
+  shared_->stream.store(false);
   stopping_.store(true);
-  shared_->exchange->wake();
+  shared_->frames->wake();
   capture_.join();
   started_.store(false);
   pool_ = nullptr;
@@ -108,7 +104,7 @@ void LiveCamera::stop() noexcept {
 void LiveCamera::close() noexcept {
   stop();
   closing_.store(true);
-  shared_->orders.changed.notify();
+  shared_->changed.notify();
   if (keeper_.joinable()) keeper_.join();
   open_.store(false);
 }
@@ -141,7 +137,7 @@ void LiveCamera::set_problem(std::string text) {
 
 void LiveCamera::capture() noexcept {
   if (hooks_.thread_started != nullptr) hooks_.thread_started(hooks_.context);
-  FrameExchange& exchange = *shared_->exchange;
+  FrameExchange& exchange = *shared_->frames;
   while (!stopping_.load()) {
     const std::uint32_t seen = exchange.arrived().version();
     FrameExchange::Slot* const slot = exchange.take();

@@ -46,10 +46,12 @@ class LiveCamera final : public Camera {
   [[nodiscard]] std::string problem() const override;
 
  private:
-  /// What sessions use; left behind when one of them never returns.
-  struct Shared {
-    DeviceSession::Orders orders;
-    std::unique_ptr<FrameExchange> exchange;
+  /// What sessions use; it outlives the camera while one of them hangs.
+  struct Shared final : DeviceSession::Orders {
+    std::unique_ptr<FrameExchange> frames;
+  };
+  struct LeaveShared {
+    void operator()(Shared* shared) const noexcept { shared->leave(); }
   };
 
   // Keeper thread.
@@ -76,7 +78,7 @@ class LiveCamera final : public Camera {
   void set_problem(std::string text);
 
   const LiveDriver driver_;
-  std::unique_ptr<Shared> shared_;
+  std::unique_ptr<Shared, LeaveShared> shared_;
   std::thread keeper_;
   std::thread capture_;
   FramePool* pool_ = nullptr;

@@ -36,18 +36,18 @@ void LiveCamera::keep() {
         up_generation_.load() > before ? kFirstRetry_us : std::min(2 * retry_us, kLastRetry_us);
     const std::int64_t until_us = MonotonicClock().now_us() + retry_us;
     while (!closing_.load() && MonotonicClock().now_us() < until_us) {
-      shared_->orders.changed.wait(shared_->orders.changed.version(), kLook_us);
+      shared_->changed.wait(shared_->changed.version(), kLook_us);
     }
   }
 }
 
 DeviceSession* LiveCamera::launch_session() {
-  if (shared_->orders.sessions.load() >= kMaxHung) return nullptr;
+  if (shared_->holders.load() > kMaxHung) return nullptr;
   // Freed by leave() of its two parties.
   auto* const session =
-      new DeviceSession(driver_.make_device(), serial_, ++generation_, shared_->orders, sense_);
+      new DeviceSession(driver_.make_device(), serial_, ++generation_, *shared_, sense_);
   if (driver_.launch(session)) return session;
-  shared_->orders.sessions.fetch_sub(1);
+  shared_->leave();
   session->leave();
   session->leave();
   return nullptr;
@@ -57,7 +57,7 @@ void LiveCamera::watch(DeviceSession& session) {
   bool welcomed = false;
   bool hung = false;
   for (;;) {
-    const std::uint32_t seen = shared_->orders.changed.version();
+    const std::uint32_t seen = shared_->changed.version();
     const std::int64_t time_us = MonotonicClock().now_us();
     const DeviceSession::Phase phase = session.phase();
     if (phase == DeviceSession::Phase::Ended) break;
@@ -77,7 +77,7 @@ void LiveCamera::watch(DeviceSession& session) {
       lose(session.generation(), Code::NoFrameInTime, "the sensor sends no more frames");
       session.end();
     }
-    shared_->orders.changed.wait(seen, kLook_us);
+    shared_->changed.wait(seen, kLook_us);
   }
   if (session.code() != Code::SensorHealthy) {
     lose(session.generation(), session.code(), session.problem());
@@ -86,7 +86,7 @@ void LiveCamera::watch(DeviceSession& session) {
 
 bool LiveCamera::welcome(const DeviceSession& session) {
   const CameraInfo& info = session.info();
-  const FrameExchange* const exchange = shared_->exchange.get();
+  const FrameExchange* const exchange = shared_->frames.get();
   if (exchange != nullptr && (exchange->width() != info.intrinsics.width ||
                               exchange->height() != info.intrinsics.height)) {
     lose(session.generation(), Code::WrongSerial, "the sensor came back with another image size");
@@ -97,9 +97,9 @@ bool LiveCamera::welcome(const DeviceSession& session) {
     serial_ = info.serial;
   }
   if (exchange == nullptr) {
-    shared_->exchange = std::make_unique<FrameExchange>(info.intrinsics.width,
-                                                        info.intrinsics.height, info.has_color);
-    shared_->orders.exchange.store(shared_->exchange.get());
+    shared_->frames = std::make_unique<FrameExchange>(info.intrinsics.width, info.intrinsics.height,
+                                                      info.has_color);
+    shared_->exchange.store(shared_->frames.get());
     timer_.emplace(info.nominal_rate_hz, driver_.latency_us);
   }
   // While it streams, only a frame proves that the sensor works again.
@@ -110,7 +110,7 @@ bool LiveCamera::welcome(const DeviceSession& session) {
 
 bool LiveCamera::frames_stopped(const DeviceSession& session, std::int64_t now_us) const {
   const std::int64_t since_us = session.streaming_since_us();
-  if (since_us == 0 || !shared_->orders.stream.load()) return false;
+  if (since_us == 0 || !shared_->stream.load()) return false;
   const std::int64_t last_us = last_frame_us_.load();
   return last_us < since_us ? now_us - since_us > kFirstFrame_us
                             : now_us - last_us > kFramesStopped_us;

@@ -74,6 +74,11 @@ class KinectRig final : public Rig {
     serial.copy(kinect_->serial, FakeKinect::kSerialBytes - 1);
   }
   void hang(bool on) override { kinect_->hang_events = on ? 1 : 0; }
+  void accelerate(std::int16_t x, std::int16_t y, std::int16_t z) {
+    kinect_->acceleration[0] = x;
+    kinect_->acceleration[1] = y;
+    kinect_->acceleration[2] = z;
+  }
 
  private:
   std::filesystem::path file_;
@@ -236,6 +241,28 @@ TEST_P(DaemonCameras, AreWaitedForWhenTheyAreNotThereAtTheStart) {
   EXPECT_TRUE(daemon_->says("no camera is connected"));
   rig_->plug(true);
   EXPECT_TRUE(eventually([&] { return ready(); }, 8000));
+}
+
+TEST(DaemonKinect, SaysThatItsCameraWasTurned) {
+  const Site site;
+  KinectRig rig(site);
+  site.write("grapnel.toml",
+             "active_preset = 10\nauto_arm = true\n[camera]\ndriver = \"freenect\"\n"
+             "[fieldbus]\nport = 0\n[memory]\nbudget_mb = 128\n");
+  DaemonProcess::Options options;
+  options.environment = rig.environment();
+  DaemonProcess daemon(site, options);
+  ASSERT_TRUE(daemon.wait_ready());
+  Plc plc(daemon.port());
+  pause_ms(1500);
+  ASSERT_EQ(plc.status().status_code, Code::Ready);
+  // 819 counts a g: five degrees about the sensor's z.
+  rig.accelerate(71, 816, 0);
+  EXPECT_TRUE(eventually([&] { return plc.status().status_code == Code::SensorMoved; }));
+  EXPECT_TRUE(eventually([&] { return plc.diagnostic(19) > 4'500; })) << "tilt, 0.001 degrees";
+  EXPECT_LT(plc.diagnostic(19), 5'100U);
+  rig.accelerate(0, 819, 0);
+  EXPECT_TRUE(eventually([&] { return plc.status().status_code == Code::Ready; }));
 }
 
 /// A run of scripted mishaps, each with a trigger beside it.
