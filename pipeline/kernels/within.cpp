@@ -1,5 +1,7 @@
 #include "pipeline/kernels/within.h"
 
+#include "pipeline/kernels/compress_table.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pipeline/kernels/within.cpp"
 #include "hwy/foreach_target.h"
@@ -34,10 +36,19 @@ std::size_t SelectWithin(const PointPlanes& points, std::span<const PointRange> 
       const auto in_range = hn::RebindMask(df, hn::Lt(here, hn::Set(di, range.end)));
       const auto inside = hn::And(in_range, hn::Le(squared, limit));
       if (hn::AllFalse(df, inside)) continue;
-      // In registers and stored whole: compressing into memory takes some processors a hundred
-      // cycles.
+        // In registers and stored whole: compressing into memory takes some processors a hundred
+        // cycles.
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(df, inside, bits);
+      const auto lane = hn::LoadU(di, kLanesOf[bits[0]].data());
+      hn::StoreU(hn::TableLookupLanes(here, hn::IndicesFromVec(di, lane)), di, position + found);
+      hn::StoreU(hn::TableLookupLanes(squared, hn::IndicesFromVec(df, lane)), df,
+                 squared_m2 + found);
+#else
       hn::StoreU(hn::Compress(here, hn::RebindMask(di, inside)), di, position + found);
       hn::StoreU(hn::Compress(squared, inside), df, squared_m2 + found);
+#endif
       found += hn::CountTrue(df, inside);
     }
   }
