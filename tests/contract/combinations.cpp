@@ -1,5 +1,5 @@
-// Every detector × descriptor × metric × rejector of the registries, one after the other in fixed
-// memory: none may touch the heap after it is made.
+// Every detector × descriptor × metric × rejector × refiner of the registries, one after the other
+// in fixed memory: none may touch the heap after it is made.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pipeline/preprocess/normals.h"
+#include "pipeline/refine/closest_in_cells.h"
 #include "tests/contract/feature_contract.h"
 #include "tests/support/heap_guard.h"
 
@@ -27,6 +28,15 @@ test::OwnedSurface textured_grid() {
     sheet->intensity[i] = static_cast<float>(sheet->grid.pixel_of[i] % 7) / 7.0F;
   }
   return sheet;
+}
+
+/// Some points near the sheet, to be moved onto it.
+test::OwnedSurface small_part() {
+  test::OwnedSurface part = test::oriented_ball(80);
+  Pose pose = Pose::Identity();
+  pose.translation() = Vec3d(0.0, 0.0, 1.1);
+  test::move(*part, pose);
+  return part;
 }
 
 /// A stage made from its registry, with memory of its own.
@@ -51,6 +61,20 @@ class Combinations : public testing::TestWithParam<std::tuple<MethodCase, Method
     test::clear_first_heap_call();
   }
 
+  /// Every refiner, short: how often it repeats itself does not matter here.
+  static std::vector<std::unique_ptr<Made<PoseRefiner>>> refiners() {
+    std::vector<std::unique_ptr<Made<PoseRefiner>>> list;
+    for (MethodCase kind : test::every_choice(pose_refiners(), "metric")) {
+      if (test::has_key(pose_refiners(), kind, "max_iterations")) {
+        kind.keys += "max_iterations = 1\n";
+      }
+      if (test::has_key(pose_refiners(), kind, "max_points")) kind.keys += "max_points = 32\n";
+      list.push_back(std::make_unique<Made<PoseRefiner>>(pose_refiners(), kind));
+    }
+    return list;
+  }
+
+  test::OwnedSurface part_ = small_part();
   test::OwnedSurface surface_ = textured_grid();
   std::vector<Keypoint> keypoint_storage_ = std::vector<Keypoint>(200);
   KeypointSet keypoints_{keypoint_storage_};
@@ -81,6 +105,11 @@ TEST_P(Combinations, DoNotTouchTheHeap) {
   guarded("describe", [&] {
     static_cast<void>(descriptor.stage->describe(*surface_, keypoints_.span(), features));
   });
+  ClosestInCells closest;
+  const test::ArenaMemory closest_memory([&](Arena& arena) { closest.reserve(arena, 2000); });
+  guarded("index", [&] { static_cast<void>(closest.build(*surface_, surface_->spacing_m)); });
+  const std::vector<std::unique_ptr<Made<PoseRefiner>>> refine = refiners();
+  EXPECT_GE(refine.size(), 3U);
   const PairView view{&*surface_, &*surface_, keypoints_.span(), keypoints_.span()};
   for (const MethodCase& metric : test::every_choice(feature_matchers(), "metric")) {
     Made<FeatureMatcher> matcher(feature_matchers(), metric);
@@ -93,6 +122,12 @@ TEST_P(Combinations, DoNotTouchTheHeap) {
       Rng rng(1);
       guarded(metric.keys + kind.name,
               [&] { static_cast<void>(rejector.stage->reject(view, kept, rng)); });
+      guarded("refine", [&] {
+        for (const std::unique_ptr<Made<PoseRefiner>>& refiner : refine) {
+          static_cast<void>(
+              refiner->stage->refine(*part_, *surface_, closest, Pose::Identity()).ok());
+        }
+      });
     }
   }
 }
