@@ -14,8 +14,8 @@ FrameExchange::FrameExchange(int width, int height, bool with_color)
 FrameExchange::Slot* FrameExchange::claim() noexcept {
   for (Slot& slot : slots_) {
     Slot::State expected = Slot::State::Free;
-    if (!slot.state.compare_exchange_strong(expected, Slot::State::Writing)) continue;
-    slot.order = claimed_.fetch_add(1);
+    if (!slot.state_.compare_exchange_strong(expected, Slot::State::Writing)) continue;
+    slot.order_ = claimed_.fetch_add(1);
     slot.has_color = false;
     slot.stamp = {};
     return &slot;
@@ -24,22 +24,22 @@ FrameExchange::Slot* FrameExchange::claim() noexcept {
 }
 
 void FrameExchange::publish(Slot* slot) noexcept {
-  slot->state.store(Slot::State::Ready);
+  slot->state_.store(Slot::State::Ready);
   arrived_.notify();
 }
 
-void FrameExchange::discard(Slot* slot) noexcept { slot->state.store(Slot::State::Free); }
+void FrameExchange::discard(Slot* slot) noexcept { slot->state_.store(Slot::State::Free); }
 
 FrameExchange::Slot* FrameExchange::take() noexcept {
   Slot* oldest = nullptr;
   for (Slot& slot : slots_) {
-    if (slot.state.load() != Slot::State::Ready) continue;
-    if (oldest == nullptr || slot.order < oldest->order) oldest = &slot;
+    if (slot.state_.load() != Slot::State::Ready) continue;
+    if (oldest == nullptr || slot.order_ < oldest->order_) oldest = &slot;
   }
-  if (oldest != nullptr) oldest->state.store(Slot::State::Reading);
+  if (oldest != nullptr) oldest->state_.store(Slot::State::Reading);
   return oldest;
 }
 
-void FrameExchange::release(Slot* slot) noexcept { slot->state.store(Slot::State::Free); }
+void FrameExchange::release(Slot* slot) noexcept { slot->state_.store(Slot::State::Free); }
 
 }  // namespace grapnel

@@ -35,8 +35,8 @@ class FrameExchange {
    private:
     friend class FrameExchange;
     enum class State : std::uint8_t { Free, Writing, Ready, Reading };
-    std::atomic<State> state{State::Free};
-    std::uint64_t order = 0;
+    std::atomic<State> state_{State::Free};
+    std::uint64_t order_ = 0;
   };
 
   /// All memory is taken here.
