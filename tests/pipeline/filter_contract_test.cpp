@@ -1,4 +1,4 @@
-// What every filter and normal estimator of the registry keeps to: degenerate clouds end in a named
+// What every filter of the registry keeps to: degenerate clouds end in a named
 // error or a cloud that is still one, and nothing is taken from the heap after reserve().
 #include <gtest/gtest.h>
 
