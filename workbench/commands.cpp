@@ -19,6 +19,8 @@ constexpr int kUsage = 2;
 constexpr std::array kCommands = {
     Command{"register", run_register,
             "move SOURCE onto TARGET and say whether the pose can be trusted"},
+    Command{"register-many", run_register_many,
+            "bring views into the first one's frame and fuse them"},
     Command{"filter", run_filter, "remove or merge points of a cloud"},
     Command{"normals", run_normals, "estimate a normal for every point"},
     Command{"curvature", run_curvature, "measure how every point's surroundings bend"},

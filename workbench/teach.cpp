@@ -15,7 +15,7 @@
 #include "workbench/commands.h"
 #include "workbench/options.h"
 #include "workbench/progress.h"
-#include "workbench/teach/fusion.h"
+#include "workbench/teach/fused_model.h"
 
 namespace grapnel {
 namespace {
@@ -34,12 +34,6 @@ struct TeachOptions {
   std::int64_t max_points = 15000;
   bool identity = false;
   bool center = false;
-};
-
-/// What one frame gives, in the model's frame.
-struct TaughtView {
-  std::vector<SurfaceSample> samples;
-  Pose model_from_camera = Pose::Identity();
 };
 
 std::optional<TeachOptions> parse(std::span<const std::string> args) {
@@ -67,18 +61,6 @@ std::optional<TeachOptions> parse(std::span<const std::string> args) {
     throw InputError("-o " + wanted.output + ": a model is a .ply or .pcd file");
   }
   return wanted;
-}
-
-Box parse_box(const std::string& text) {
-  Box box;
-  if (text.empty()) return box;
-  const std::vector<double> n = parse_numbers(text, 6, "--roi");
-  box.low = Vec3d(n[0], n[1], n[2]);
-  box.high = Vec3d(n[3], n[4], n[5]);
-  if (!(box.low.array() < box.high.array()).all()) {
-    throw InputError("--roi " + text + ": each of the first three must be less than its partner");
-  }
-  return box;
 }
 
 /// The pose of the frame at `time_us`, by the nearest row of the truth.
@@ -147,24 +129,6 @@ void read_views(const TeachOptions& wanted, const std::string& name,
   }
 }
 
-/// Median distance between neighbouring readings of the views.
-double sampling_m(const std::vector<TaughtView>& views, double focal_px) {
-  std::vector<float> depth_m;
-  for (const TaughtView& view : views) {
-    for (const SurfaceSample& sample : view.samples) depth_m.push_back(sample.point.z());
-  }
-  if (depth_m.empty()) return 0.001;
-  const auto middle = depth_m.begin() + static_cast<std::ptrdiff_t>(depth_m.size() / 2);
-  std::nth_element(depth_m.begin(), middle, depth_m.end());
-  return static_cast<double>(*middle) / focal_px;
-}
-
-CloudData fuse(const TeachOptions& wanted, const std::vector<TaughtView>& views, double voxel_m) {
-  Fusion fusion(voxel_m, parse_box(wanted.roi));
-  for (const TaughtView& view : views) fusion.add(view.samples, view.model_from_camera);
-  return fusion.cloud(static_cast<int>(wanted.min_views));
-}
-
 void move_to_center(CloudData& cloud) {
   const auto shift = [](std::vector<float>& values) {
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -195,24 +159,18 @@ int run_teach(std::span<const std::string> args) {
   std::vector<TaughtView> views;
   for (const std::string& recording : wanted->recordings) read_views(*wanted, recording, views);
 
-  constexpr double kWiden = 1.15;
   const double focal_px = Recording::open(wanted->recordings.front()).camera().fx;
-  double voxel_m = wanted->voxel_m > 0.0 ? wanted->voxel_m : sampling_m(views, focal_px);
-  CloudData cloud = fuse(*wanted, views, voxel_m);
-  while (wanted->voxel_m <= 0.0 && cloud.size() > static_cast<std::size_t>(wanted->max_points)) {
-    voxel_m *= kWiden;
-    cloud = fuse(*wanted, views, voxel_m);
-  }
-  if (cloud.size() == 0) {
-    throw InputError(
-        "no point was seen often enough inside the box; check --roi, --min-views and "
-        "the recordings' poses");
-  }
-  if (wanted->center) move_to_center(cloud);
-  write_cloud(wanted->output, cloud);
-  write_model_toml(*wanted, views.size(), voxel_m);
-  std::cout << wanted->output << ": " << cloud.size() << " points from " << views.size()
-            << " frames, voxel " << voxel_m * 1e3 << " mm\n";
+  FusedModelOptions options;
+  options.voxel_m = wanted->voxel_m;
+  options.min_views = static_cast<std::size_t>(wanted->min_views);
+  options.max_points = static_cast<std::size_t>(wanted->max_points);
+  options.roi = parse_box(wanted->roi, "--roi");
+  FusedModel model = fuse_views(views, pixel_sampling_m(views, focal_px), options);
+  if (wanted->center) move_to_center(model.cloud);
+  write_cloud(wanted->output, model.cloud);
+  write_model_toml(*wanted, views.size(), model.voxel_m);
+  std::cout << wanted->output << ": " << model.cloud.size() << " points from " << views.size()
+            << " frames, voxel " << model.voxel_m * 1e3 << " mm\n";
   return 0;
 }
 

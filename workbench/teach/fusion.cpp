@@ -3,7 +3,23 @@
 #include <array>
 #include <cmath>
 
+#include "base/input_error.h"
+#include "workbench/options.h"
+
 namespace grapnel {
+
+Box parse_box(const std::string& text, const std::string& option) {
+  Box box;
+  if (text.empty()) return box;
+  const std::vector<double> n = parse_numbers(text, 6, option);
+  box.low = Vec3d(n[0], n[1], n[2]);
+  box.high = Vec3d(n[3], n[4], n[5]);
+  if (!(box.low.array() < box.high.array()).all()) {
+    throw InputError(option + " " + text +
+                     ": each of the first three must be less than its partner");
+  }
+  return box;
+}
 
 void Fusion::Cell::add(const SurfaceSample& sample, const Vec3d& p, const Vec3d& n, int view) {
   const double w = static_cast<double>(sample.weight);

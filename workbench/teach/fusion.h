@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <span>
+#include <string>
 
 #include "base/cloud.h"
 #include "base/geometry.h"
@@ -19,6 +20,9 @@ struct Box {
     return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
   }
 };
+
+/// "x0,y0,z0,x1,y1,z1", metres; "" = everywhere. Throws InputError naming `option`.
+[[nodiscard]] Box parse_box(const std::string& text, const std::string& option);
 
 /// Averages samples of many views in voxels, weighted by 1 / sigma². Two sides of a thin wall in
 /// one voxel stay two points.
