@@ -12,6 +12,7 @@ namespace {
 enum class Bound : std::uint8_t { AtLeast, AtMost };
 
 struct Wording {
+  const char* name;
   Code code;
   const char* what;
   Bound bound;
@@ -23,34 +24,38 @@ struct Wording {
 constexpr double kDegrees = 57.29577951308232;
 
 constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings = {{
-    {Code::BelowFitness, "matched share of the visible model", Bound::AtLeast, 1.0, 2, ""},
-    {Code::TooFewPoints, "confirmed surface", Bound::AtLeast, 1e4, 1, " cm2"},
-    {Code::FreeSpaceViolated, "share of the model that the camera sees through", Bound::AtMost, 1.0,
-     3, ""},
-    {Code::FreeSpaceViolated, "largest piece of the model that the camera sees through",
+    {"matched_share", Code::BelowFitness, "matched share of the visible model", Bound::AtLeast, 1.0,
+     2, ""},
+    {"matched_area_m2", Code::TooFewPoints, "confirmed surface", Bound::AtLeast, 1e4, 1, " cm2"},
+    {"seen_through", Code::FreeSpaceViolated, "share of the model that the camera sees through",
+     Bound::AtMost, 1.0, 3, ""},
+    {"hole_m2", Code::FreeSpaceViolated, "largest piece of the model that the camera sees through",
      Bound::AtMost, 1e4, 1, " cm2"},
-    {Code::RefinementDiverged, "deviation of the matched surface", Bound::AtMost, 1e3, 2, " mm"},
-    {Code::TooMuchUnknown, "share of the visible model without reading", Bound::AtMost, 1.0, 2, ""},
-    {Code::UnexplainedForeground, "measured surface that the model leaves over, per matched",
-     Bound::AtMost, 1.0, 2, ""},
-    {Code::UnexplainedForeground, "share of the measured object that the model explains",
+    {"deviation_m", Code::RefinementDiverged, "deviation of the matched surface", Bound::AtMost,
+     1e3, 2, " mm"},
+    {"unknown", Code::TooMuchUnknown, "share of the visible model without reading", Bound::AtMost,
+     1.0, 2, ""},
+    {"unexplained", Code::UnexplainedForeground,
+     "measured surface that the model leaves over, per matched", Bound::AtMost, 1.0, 2, ""},
+    {"explained", Code::UnexplainedForeground,
+     "share of the measured object that the model explains", Bound::AtLeast, 1.0, 2, ""},
+    {"outline_known", Code::ContourDisagrees,
+     "share of the outline about which readings say anything", Bound::AtLeast, 1.0, 2, ""},
+    {"outline", Code::ContourDisagrees, "share of the outline that meets a depth edge",
      Bound::AtLeast, 1.0, 2, ""},
-    {Code::ContourDisagrees, "share of the outline about which readings say anything",
-     Bound::AtLeast, 1.0, 2, ""},
-    {Code::ContourDisagrees, "share of the outline that meets a depth edge", Bound::AtLeast, 1.0, 2,
-     ""},
-    {Code::ContourDisagrees,
+    {"flat_proof", Code::ContourDisagrees,
      "only one flat face matches, and the share of it and its outline that is proven is",
      Bound::AtLeast, 1.0, 2, ""},
-    {Code::NoConsensus, "share of the views that overlaps", Bound::AtLeast, 1.0, 3, ""},
-    {Code::Ambiguous, "margin to the second-best distinct pose", Bound::AtLeast, 1.0, 3, ""},
-    {Code::NotObservable, "predicted deviation along the weakest required direction", Bound::AtMost,
-     1e3, 2, " mm"},
-    {Code::NotObservable, "predicted deviation about the weakest required axis", Bound::AtMost,
-     kDegrees, 2, " degrees"},
-    {Code::ImplausibleOnBelt, "distance of the part's lowest point from the belt", Bound::AtMost,
-     1e3, 1, " mm"},
-    {Code::ImplausibleOnBelt, "distance of the part's centre inside what it stands on",
+    {"overlap", Code::NoConsensus, "share of the views that overlaps", Bound::AtLeast, 1.0, 3, ""},
+    {"margin", Code::Ambiguous, "margin to the second-best distinct pose", Bound::AtLeast, 1.0, 3,
+     ""},
+    {"sigma_m", Code::NotObservable, "predicted deviation along the weakest required direction",
+     Bound::AtMost, 1e3, 2, " mm"},
+    {"sigma_rad", Code::NotObservable, "predicted deviation about the weakest required axis",
+     Bound::AtMost, kDegrees, 2, " degrees"},
+    {"belt_distance_m", Code::ImplausibleOnBelt,
+     "distance of the part's lowest point from the belt", Bound::AtMost, 1e3, 1, " mm"},
+    {"support_m", Code::ImplausibleOnBelt, "distance of the part's centre inside what it stands on",
      Bound::AtLeast, 1e3, 1, " mm"},
 }};
 
@@ -100,6 +105,8 @@ class Writer {
 };
 
 }  // namespace
+
+const char* name_of(Check check) noexcept { return wording_of(check).name; }
 
 Code Reason::code() const noexcept { return wording_of(check).code; }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "base/error.h"
 #include "base/fixed_list.h"
@@ -56,6 +57,15 @@ struct StageCounts {
 /// Time spent per stage, microseconds, index = Stage. Not part of what must replay byte for byte.
 using StageTimes = std::array<std::uint32_t, static_cast<std::size_t>(Stage::kCount)>;
 
+/// What every check measured, index = Check, in the check's own unit; NaN = not looked at.
+struct Measured {
+  std::array<float, static_cast<std::size_t>(Check::kCount)> value;
+
+  Measured() noexcept { value.fill(std::numeric_limits<float>::quiet_NaN()); }
+  float& operator[](Check check) noexcept { return value[static_cast<std::size_t>(check)]; }
+  float operator[](Check check) const noexcept { return value[static_cast<std::size_t>(check)]; }
+};
+
 /// The answer about one object: a pose never travels without its verdict.
 struct RegistrationReport {
   bool accepted = false;
@@ -74,6 +84,7 @@ struct RegistrationReport {
   double margin = 0.0;                ///< 1 - S2/S1 to the best distinct pose; 0 = ambiguous
   double sigma_m = 0.0;               ///< predicted 1-σ in the weakest required direction
   double sigma_rad = 0.0;
+  Measured measured;
   double quality = 0.0;         ///< 0…1, monotone in the checks
   bool symmetric = false;       ///< the model declares a symmetry
   bool budget_reached = false;  ///< some fixed capacity or count budget cut the search
@@ -95,6 +106,9 @@ struct RegistrationReports {
   StageTimes stage_us{};
   std::uint32_t total_us = 0;  ///< frame in memory → verdict, by the clock handed in
 };
+
+/// Name of a check in files: "matched_share".
+[[nodiscard]] const char* name_of(Check check) noexcept;
 
 /// "matched share of the visible model 0.41, at least 0.70 is required": one sentence without full
 /// stop. Returns the number of characters written into `text` (at most `bytes` - 1, always

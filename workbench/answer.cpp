@@ -1,6 +1,7 @@
 #include "workbench/answer.h"
 
 #include <array>
+#include <cmath>
 
 #include "base/code.h"
 
@@ -32,6 +33,15 @@ nlohmann::ordered_json stage_json(const StageTimes& stage_us) {
   for (auto i = static_cast<std::size_t>(Stage::Organize);
        i <= static_cast<std::size_t>(Stage::Judge); ++i) {
     json[stage_name(static_cast<Stage>(i))] = static_cast<double>(stage_us[i]) / 1000.0;
+  }
+  return json;
+}
+
+nlohmann::ordered_json checks_json(const Measured& measured) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < measured.value.size(); ++i) {
+    const auto check = static_cast<Check>(i);
+    if (!std::isnan(measured[check])) json[name_of(check)] = measured[check];
   }
   return json;
 }
@@ -121,6 +131,7 @@ nlohmann::ordered_json to_json(const Answer& answer) {
   json["margin"] = report.margin;
   json["sigma_m"] = report.sigma_m;
   json["sigma_rad"] = report.sigma_rad;
+  json["checks"] = checks_json(report.measured);
   json["seed"] = answer.seed;
   json["counts"] = counts_json(report.counts);
   json["stage_ms"] = stage_json(answer.stage_us);

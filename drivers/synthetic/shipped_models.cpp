@@ -48,16 +48,12 @@ CloudData cloud_of(const SurfaceSamples& samples) {
   return cloud;
 }
 
-std::string model_toml(PartKind kind, const Mesh& mesh) {
-  const Vec3d size_m = default_size_m(kind);
+std::string model_toml(const std::string& what, const Mesh& mesh, std::string_view symmetry) {
   std::ostringstream text;
   text.precision(6);
-  text << "# Made by grapnel-make-models: procedural "
-       << kPartKindNames[static_cast<std::size_t>(kind)] << ", " << size_m.x() << " x "
-       << size_m.y() << " x " << size_m.z() << " m, a point every " << kSpacing_m * 1000.0
-       << " mm.\n"
+  text << "# " << what << ", a point every " << kSpacing_m * 1000.0 << " mm.\n"
        << "unit_m = 1.0\n"
-       << "symmetry = \"" << symmetry_name(kind) << "\"\n\n"
+       << "symmetry = \"" << symmetry << "\"\n\n"
        << "# A suction gripper from above: z of the grasp's frame points into the part.\n"
        << "[[grasp]]\n"
        << "id = 1\n"
@@ -68,21 +64,36 @@ std::string model_toml(PartKind kind, const Mesh& mesh) {
        << "  0.0, 0.0, -1.0, " << top_m(mesh) << ",\n"
        << "  0.0, 0.0, 0.0, 1.0,\n"
        << "]\n";
-  const bool turns_freely = kind == PartKind::Barrel;
+  const bool turns_freely = symmetry == symmetry_name(PartKind::Barrel);
   text << "required = [\"x\", \"y\", \"z\", \"rx\", \"ry\"" << (turns_freely ? "" : ", \"rz\"")
        << "]\n";
   return text.str();
 }
 
+std::string what_ships(PartKind kind) {
+  const Vec3d size_m = default_size_m(kind);
+  std::ostringstream text;
+  text.precision(6);
+  text << "Made by grapnel-make-models: procedural "
+       << kPartKindNames[static_cast<std::size_t>(kind)] << ", " << size_m.x() << " x "
+       << size_m.y() << " x " << size_m.z() << " m";
+  return text.str();
+}
+
 }  // namespace
+
+ShippedModel make_model(const std::string& name, const std::string& what, const Mesh& mesh,
+                        std::string_view symmetry) {
+  return {name, cloud_of(sample_surface(mesh, kSpacing_m, kSampleSeed)),
+          model_toml(what, mesh, symmetry)};
+}
 
 std::vector<ShippedModel> make_shipped_models() {
   std::vector<ShippedModel> models;
   for (const PartKind kind : {PartKind::Box, PartKind::Carton, PartKind::Barrel, PartKind::Sack}) {
     const Mesh mesh = make_shape(kind, default_size_m(kind), kModelSackSeed);
-    models.push_back({std::string(kPartKindNames[static_cast<std::size_t>(kind)]),
-                      cloud_of(sample_surface(mesh, kSpacing_m, kSampleSeed)),
-                      model_toml(kind, mesh)});
+    models.push_back(make_model(std::string(kPartKindNames[static_cast<std::size_t>(kind)]),
+                                what_ships(kind), mesh, symmetry_name(kind)));
   }
   return models;
 }

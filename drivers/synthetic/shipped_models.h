@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/cloud.h"
+#include "drivers/synthetic/mesh.h"
 
 namespace grapnel {
 
@@ -14,6 +16,11 @@ struct ShippedModel {
   CloudData cloud;
   std::string toml;
 };
+
+/// A model of a mesh: points 5 mm apart, and a suction grasp from above. `symmetry` as a model file
+/// names it; with "axis_z" the grasp's turn about its axis is free. `what` describes it.
+[[nodiscard]] ShippedModel make_model(const std::string& name, const std::string& what,
+                                      const Mesh& mesh, std::string_view symmetry);
 
 /// The models of every procedural part, in the order of PartKind. Deterministic; takes a second.
 [[nodiscard]] std::vector<ShippedModel> make_shipped_models();

@@ -11,17 +11,26 @@ namespace grapnel {
 class Checks {
  public:
   /// Empties the report's reasons.
-  explicit Checks(RegistrationReport& report) noexcept : report_(report) { report.reasons.clear(); }
+  explicit Checks(RegistrationReport& report) noexcept : report_(report) {
+    report.reasons.clear();
+    report.measured = {};
+  }
 
   /// `perfect` is where a measured value has all the room there is.
   void at_least(Check check, double measured, double limit, double perfect) noexcept {
+    record(check, measured);
     if (!(measured >= limit)) report_.reasons.push_back({check, measured, limit});
     note((measured - limit) / std::max(perfect - limit, 1e-9));
   }
   /// 0 is perfect.
   void at_most(Check check, double measured, double limit) noexcept {
+    record(check, measured);
     if (!(measured <= limit)) report_.reasons.push_back({check, measured, limit});
     note((limit - measured) / std::max(limit, 1e-9));
+  }
+  /// For the report alone.
+  void record(Check check, double measured) noexcept {
+    report_.measured[check] = static_cast<float>(measured);
   }
   /// Writes verdict, code and quality: 0.5 on the limit of some check, 1 when all are perfect.
   void conclude() noexcept {

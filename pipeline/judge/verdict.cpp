@@ -98,6 +98,10 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   checks.at_least(Check::Margin, findings.margin, params.min_margin, 1.0);
   checks.at_most(Check::Shift, findings.sigma_m, params.max_sigma_m);
   checks.at_most(Check::Turn, findings.sigma_rad, params.max_sigma_rad);
+  if (findings.has_belt) {
+    checks.record(Check::BeltDistance, std::fabs(findings.resting.lowest_m));
+    checks.record(Check::Support, findings.resting.support_m);
+  }
   if (params.max_belt_distance_m > 0.0 && findings.has_belt) {
     checks.at_most(Check::BeltDistance, std::fabs(findings.resting.lowest_m),
                    params.max_belt_distance_m);

@@ -31,21 +31,6 @@ Json matrix_json(const Pose& pose) {
   return numbers;
 }
 
-CameraFile camera_file_of(const Scene& scene) {
-  const SceneCamera& camera = scene.camera;
-  CameraFile file;
-  file.width = camera.width;
-  file.height = camera.height;
-  file.fx = camera.fx;
-  file.fy = camera.fy;
-  file.cx = camera.cx;
-  file.cy = camera.cy;
-  file.metres_per_unit = camera.metres_per_unit;
-  file.baseline_m = camera.baseline_m;
-  file.serial = camera.serial;
-  return file;
-}
-
 Json objects_json(const Scene& scene, const SceneRenderer& renderer, std::int64_t frame) {
   Json objects = Json::array();
   for (const PartView& view : renderer.parts()) {
@@ -104,6 +89,21 @@ class LineFile {
 };
 
 }  // namespace
+
+CameraFile camera_file_of(const Scene& scene) {
+  const SceneCamera& camera = scene.camera;
+  CameraFile file;
+  file.width = camera.width;
+  file.height = camera.height;
+  file.fx = camera.fx;
+  file.fy = camera.fy;
+  file.cx = camera.cx;
+  file.cy = camera.cy;
+  file.metres_per_unit = camera.metres_per_unit;
+  file.baseline_m = camera.baseline_m;
+  file.serial = camera.serial;
+  return file;
+}
 
 SimulationCounts write_simulated_recording(const Scene& scene, const std::filesystem::path& folder,
                                            const std::function<void()>& progress) {

@@ -4,9 +4,13 @@
 #include <filesystem>
 #include <functional>
 
+#include "drivers/replay/camera_file.h"
 #include "drivers/synthetic/scene.h"
 
 namespace grapnel {
+
+/// What a scene's camera says of itself in a recording.
+[[nodiscard]] CameraFile camera_file_of(const Scene& scene);
 
 /// What was written.
 struct SimulationCounts {
