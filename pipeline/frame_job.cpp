@@ -204,6 +204,7 @@ MeasuredObject FrameJob::measured() noexcept {
   object.view = &view_;
   object.edges = &s_.edges;
   object.middle = middle_;
+  object.shared_px = s_.stages.params.general.shared_error_px / (view_.stride * view_.stride);
   return object;
 }
 

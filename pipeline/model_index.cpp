@@ -1,6 +1,5 @@
 #include "pipeline/model_index.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -108,21 +107,6 @@ void find_flat(const Surface& fine, const Surface& coarse, std::span<std::uint8_
   }
 }
 
-Mat3d principal_axes(const Surface& surface) {
-  Vec3d mean = Vec3d::Zero();
-  Mat3d square = Mat3d::Zero();
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    const Vec3d p = surface.point(i).cast<double>();
-    mean += p;
-    square += p * p.transpose();
-  }
-  mean /= static_cast<double>(surface.size);
-  square = square / static_cast<double>(surface.size) - mean * mean.transpose();
-  Mat3d axes = Eigen::SelfAdjointEigenSolver<Mat3d>(square).eigenvectors();
-  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-  return axes;
-}
-
 }  // namespace
 
 FieldTable model_index_fields() noexcept {
@@ -167,6 +151,7 @@ void ModelIndex::reserve(Arena& arena, const Model& model, const ModelIndexParam
   samples.reserve(arena, params.samples);
   templates.reserve(arena, params.templates);
   coarse.reserve(arena, std::min(model.size(), limits.max_model_points), 0);
+  siblings = FixedList<Sibling>(arena.take<Sibling>(kSiblings));
   keypoints = KeypointSet(arena.take<Keypoint>(limits.max_keypoints));
   features.reserve(arena, limits.max_keypoints, descriptor_dimension);
 }
@@ -180,13 +165,13 @@ void ModelIndex::build(const Model& model, const ModelIndexParams& params, doubl
   centre = 0.5 * (low + high);
   diameter_m = (high - low).norm();
   symmetry = model.symmetry;
-  axes = principal_axes(fine);
   find_flat(fine, coarse, flat);
   table.build(fine, 0.15 * diameter_m);
   coarse_table.build(coarse, 0.15 * diameter_m);
   field.build(coarse, coarse_table, 0.1 * diameter_m, kFieldReach * diameter_m);
   samples.draw(fine, Rng(model.hash));
   templates.build(fine, params.templates);
+  find_siblings(coarse, coarse_table, centre, diameter_m, symmetry, siblings);
 }
 
 }  // namespace grapnel

@@ -12,6 +12,7 @@
 #include "pipeline/limits.h"
 #include "pipeline/model.h"
 #include "pipeline/refine/closest_point_table.h"
+#include "pipeline/self_similarity.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {
@@ -35,9 +36,10 @@ struct ModelIndex {
   SampleSet samples;
   ViewTemplates templates;
   Symmetry symmetry = Symmetry::None;
-  Vec3d centre = Vec3d::Zero();    ///< of the bounding box, model frame
-  Mat3d axes = Mat3d::Identity();  ///< principal axes, columns
-  double diameter_m = 0.0;         ///< of the bounding box
+  Vec3d centre = Vec3d::Zero();  ///< of the bounding box, model frame
+  double diameter_m = 0.0;       ///< of the bounding box
+  static constexpr std::size_t kSiblings = 12;
+  FixedList<Sibling> siblings;  ///< what nearly maps the model onto itself, nearest first
 
   /// Points at the spacing of the measured surfaces, with features made by the preset's own stages.
   Surface coarse;

@@ -18,6 +18,10 @@ constexpr double kUnlikely = 0.8;
 constexpr double kFirstLook = 3.0;
 // Poses below this share of the best one's worth can't become its rivals by refinement.
 constexpr double kAlternative = 0.4;
+// Rivals of at least this share of the best one's worth are compared with it pixel by pixel…
+constexpr double kRival = 0.6;
+// …and may take its place when they are as good as equal.
+constexpr double kEqual = 0.9;
 
 PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
                  double tolerance_m) noexcept {
@@ -66,7 +70,7 @@ FieldTable search_fields() noexcept {
       number_field<&P::winners>("winners", "", 1, 64, "poses carried to fine refinement"),
       number_field<&P::coarse_tolerance_ratio>("coarse_tolerance_ratio", "diameters", 0.001, 0.5,
                                                "what counts as met in a first rating"),
-      bool_field<&P::siblings>("siblings", "try the half turns of the best pose as alternatives"),
+      bool_field<&P::siblings>("siblings", "try the poses that look nearly like the best one"),
       number_field<&P::distinct_ratio>("distinct_ratio", "diameters", 0.001, 1.0,
                                        "poses farther apart than this are distinct"),
   };
@@ -78,10 +82,11 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
       static_cast<std::size_t>(limits.max_width) * static_cast<std::size_t>(limits.max_height);
   verification_.reserve(arena, pixels, max_model_points);
   render_.reserve(arena, pixels, 4096);
+  rivals_.reserve(arena, pixels);
   proposed_ = Hypotheses(arena.take<Hypothesis>(params_.kept));
   settled_ = Hypotheses(arena.take<Hypothesis>(params_.finalists));
-  candidates_ =
-      FixedList<Candidate>(arena.take<Candidate>(params_.finalists + params_.winners + 4));
+  candidates_ = FixedList<Candidate>(
+      arena.take<Candidate>(params_.finalists + params_.winners + ModelIndex::kSiblings));
 }
 
 void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
@@ -218,19 +223,50 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     best_first();
     best = candidates_[0].worth;
   }
-  if (params_.siblings && !hopeless && !candidates_.empty()) try_siblings(model, object, floor_m);
+  if (hopeless || candidates_.empty()) return;
+  if (params_.siblings) try_siblings(model, object, floor_m);
+  test_rivals(model, object);
+}
+
+void ObjectSearch::test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept {
+  for (std::size_t turn = 0; turn < candidates_.size(); ++turn) {
+    if (!beaten_by_rival(model, object)) return;
+  }
+}
+
+bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject& object) noexcept {
+  const Candidate best = candidates_[0];
+  bool kept = false;
+  for (std::size_t i = 1; i < candidates_.size(); ++i) {
+    Candidate& rival = candidates_[i];
+    if (rival.worth < kRival * best.worth) continue;
+    if (!distinct(model, rival.refined.target_from_source, best.refined.target_from_source,
+                  params_.distinct_ratio)) {
+      continue;
+    }
+    if (!kept) {
+      render_.render(model.fine, best.refined.target_from_source, *object.view);
+      rivals_.keep(render_);
+      kept = true;
+    }
+    render_.render(model.fine, rival.refined.target_from_source, *object.view);
+    const Contrast contrast = rivals_.against(render_, *object.view, object.shared_px);
+    if (contrast.gain < 0.0 && rival.worth >= kEqual * best.worth) {
+      candidates_[0] = rival;
+      rival = best;
+      return true;
+    }
+    rival.told_apart = contrast.certainty();
+  }
+  return false;
 }
 
 void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& object,
                                 double floor_m) noexcept {
   const Pose best = candidates_[0].refined.target_from_source;
   const double best_worth = candidates_[0].worth;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3d direction = model.axes.col(axis);
-    const Mat3d turn = 2.0 * direction * direction.transpose() - Mat3d::Identity();
-    Pose sibling = best;
-    sibling.linear() = best.linear() * turn;
-    sibling.translation() = best * model.centre - sibling.linear() * model.centre;
+  for (const Sibling& near : model.siblings) {
+    const Pose sibling = best * near.motion;
     if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
     if (look(model, object, sibling, kFirstLook * floor_m).worth < kAlternative * best_worth) {
       continue;
@@ -244,14 +280,16 @@ void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& o
 
 double ObjectSearch::margin(const ModelIndex& model) const noexcept {
   if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return 0.0;
+  double least = 1.0;
   for (std::size_t i = 1; i < candidates_.size(); ++i) {
     if (!distinct(model, candidates_[i].refined.target_from_source,
                   candidates_[0].refined.target_from_source, params_.distinct_ratio)) {
       continue;
     }
-    return 1.0 - std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
+    const double ratio = std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
+    least = std::min(least, std::max(1.0 - ratio, candidates_[i].told_apart));
   }
-  return 1.0;
+  return least;
 }
 
 }  // namespace grapnel

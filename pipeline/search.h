@@ -10,6 +10,7 @@
 #include "pipeline/features.h"
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/judge/model_render.h"
+#include "pipeline/judge/rival_test.h"
 #include "pipeline/judge/verification.h"
 #include "pipeline/limits.h"
 #include "pipeline/model_index.h"
@@ -23,8 +24,8 @@ struct SearchParams {
   std::size_t finalists = 10;            ///< and from there to a first verification
   std::size_t winners = 3;               ///< and from there to fine refinement
   double coarse_tolerance_ratio = 0.05;  ///< × model diameter: what counts as met at first
-  bool siblings = true;                  ///< also try the half turns of the best pose
-  double distinct_ratio = 0.05;          ///< × model diameter: poses farther apart are distinct
+  bool siblings = true;          ///< also try the poses that nearly map the model onto itself
+  double distinct_ratio = 0.05;  ///< × model diameter: poses farther apart are distinct
 };
 [[nodiscard]] FieldTable search_fields() noexcept;
 
@@ -37,6 +38,7 @@ struct MeasuredObject {
   const DepthView* view = nullptr;
   const EdgeMap* edges = nullptr;
   Vec3d middle = Vec3d::Zero();  ///< mean of its points
+  double shared_px = 1.0;        ///< pixels of the view that share one error
 };
 
 /// A pose after refinement, and what the measurement says about it.
@@ -44,6 +46,7 @@ struct Candidate {
   RefinedPose refined;
   Evidence evidence;
   double worth = 0.0;
+  double told_apart = 0.0;  ///< how surely the best candidate is told from it, 0…1
 };
 
 /// Finds the best pose of a model on a measured object: proposes, refines coarsely, refines finely,
@@ -65,7 +68,8 @@ class ObjectSearch {
 
   [[nodiscard]] std::size_t hypothesis_count() const noexcept { return proposed_.size(); }
   [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }
-  /// 1 - S2/S1 of the best candidate to the best distinct one; 1 when there is no other.
+  /// From the best candidate to the nearest distinct one, 0…1: 1 - S2/S1, or how surely the
+  /// surface where the two differ tells them apart, whichever is more; 1 when there is no other.
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
 
  private:
@@ -76,9 +80,12 @@ class ObjectSearch {
                                const Pose& pose, double floor_m) noexcept;
   void verify_pose(const ModelIndex& model, const MeasuredObject& object,
                    const RefinedPose& refined, double floor_m) noexcept;
-  /// The half turns of the best pose about the model's own axes: a nearly symmetric part must be
-  /// called ambiguous, not wrong.
+  /// The best pose's siblings: a nearly symmetric part must be called ambiguous, not wrong.
   void try_siblings(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  /// Compares the best with its near rivals where they differ; a rival that fits better there
+  /// takes its place.
+  void test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept;
+  bool beaten_by_rival(const ModelIndex& model, const MeasuredObject& object) noexcept;
   void best_first() noexcept;
   [[nodiscard]] bool distinct(const ModelIndex& model, const Pose& a, const Pose& b,
                               double ratio) const noexcept;
@@ -91,6 +98,7 @@ class ObjectSearch {
   ContourFit contour_;
   Verification verification_;
   ModelRender render_;
+  RivalTest rivals_;
   Hypotheses proposed_;
   Hypotheses settled_;
   FixedList<Candidate> candidates_;

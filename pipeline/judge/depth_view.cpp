@@ -38,10 +38,10 @@ Beyond look_beyond(const DepthView& view, int u, int v, int du, int dv, float z,
   return Beyond::Unknown;
 }
 
-bool is_edge(const DepthView& view, int u, int v, float metres_per_pixel_metre) noexcept {
+bool is_edge(const DepthView& view, int u, int v) noexcept {
   const float z = view.z_m(u, v);
   if (!(z > 0.0F) || view.background(u, v)) return false;
-  const float step_m = kStepSigmas * view.noise.sigma_m(z) + kSteepest * metres_per_pixel_metre * z;
+  const float step_m = edge_step_m(view, z);
   return look_beyond(view, u, v, 1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, -1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, 0, 1, z, step_m) == Beyond::Behind ||
@@ -49,6 +49,11 @@ bool is_edge(const DepthView& view, int u, int v, float metres_per_pixel_metre) 
 }
 
 }  // namespace
+
+float edge_step_m(const DepthView& view, float z_m) noexcept {
+  return kStepSigmas * view.noise.sigma_m(z_m) +
+         kSteepest * z_m / static_cast<float>(view.intrinsics.fx);
+}
 
 std::int32_t DepthView::working_point(int u, int v) const noexcept {
   if (working == nullptr || !working->organised()) return -1;
@@ -99,11 +104,10 @@ void EdgeMap::build(const DepthView& view) noexcept {
   box_ = view.box;
   GRAPNEL_ASSERT(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()) <=
                  site_.size());
-  const auto per_pixel = static_cast<float>(1.0 / view.intrinsics.fx);
   std::size_t i = 0;
   for (int v = box_.v0; v < box_.v1; ++v) {
     for (int u = box_.u0; u < box_.u1; ++u) {
-      site_[i++] = is_edge(view, u, v, per_pixel) ? pack(u, v) : kNone;
+      site_[i++] = is_edge(view, u, v) ? pack(u, v) : kNone;
     }
   }
   propagate();

@@ -79,6 +79,9 @@ class ThinnedDepth {
   std::span<std::uint8_t> label_;
 };
 
+/// The least step in depth that counts as an edge at a depth.
+[[nodiscard]] float edge_step_m(const DepthView& view, float z_m) noexcept;
+
 /// Depth edges of a view and, for every pixel of its box, the nearest of them.
 class EdgeMap {
  public:

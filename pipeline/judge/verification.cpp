@@ -15,6 +15,8 @@ constexpr float kCosNormal = 0.82F;
 constexpr int kRim_px = 2;
 // An outline pixel is met by a depth edge this near.
 constexpr int kEdgeReach_px = 3;
+// Times the least step that counts as an edge.
+constexpr float kSureStep = 1.5F;
 // Beside the outline the object must have ended at this distance.
 constexpr int kBeside_px = 6;
 
@@ -157,6 +159,15 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
         predicted > 0.0F ? 8.0F * view.noise.sigma_m(predicted) + 0.01F * predicted : 0.0F;
     // Hidden behind something nearer: the outline can't be seen there.
     if (predicted > 0.0F && measured > 0.0F && measured < predicted - step) continue;
+    const int bu = static_cast<int>(std::floor(point.u + beside * point.out_u + 0.5F));
+    const int bv = static_cast<int>(std::floor(point.v + beside * point.out_v + 0.5F));
+    const bool inside = view.box.contains(bu, bv);
+    // A step of the part itself that is too low to be seen for certain.
+    const float beyond = inside ? render.z_m(bu, bv) : 0.0F;
+    if (predicted > 0.0F && beyond > 0.0F &&
+        beyond - predicted < kSureStep * edge_step_m(view, predicted)) {
+      continue;
+    }
     ++visible;
     const EdgeMap::Nearest edge = edges.nearest(u, v);
     if (edge.found && edge.square <= reach * reach) {
@@ -164,10 +175,8 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
       ++met;
       continue;
     }
-    const int bu = static_cast<int>(std::floor(point.u + beside * point.out_u + 0.5F));
-    const int bv = static_cast<int>(std::floor(point.v + beside * point.out_v + 0.5F));
     // Without a reading inside or beside, nobody can say whether the part ends here.
-    if (!view.box.contains(bu, bv) || !(measured > 0.0F) || !(view.z_m(bu, bv) > 0.0F)) continue;
+    if (!inside || !(measured > 0.0F) || !(view.z_m(bu, bv) > 0.0F)) continue;
     ++known;
     if (view.of_object(bu, bv) && std::fabs(view.z_m(bu, bv) - measured) < step) ++runs_on;
   }

@@ -156,8 +156,9 @@ QualificationScene draw_scene(const PartInstance& instance, SceneKind kind, Rng 
   }
   const Resting resting = draw_resting(instance.part, rng);
   scene.parts.push_back(lay_down("part", instance.mesh, resting, rng));
-  drawn.telling_side_up =
-      instance.part != PartClass::NearlySymmetric || resting == Resting::Upright;
+  const bool one_side_tells =
+      instance.part == PartClass::NearlySymmetric || instance.part == PartClass::Sack;
+  drawn.telling_side_up = !one_side_tells || resting == Resting::Upright;
   if (kind == SceneKind::HalfHidden) hold_above(scene, rng);
   if (kind == SceneKind::Cluttered) {
     lay_beside(scene, draw_clutter(rng), rng.uniform(0.05, 0.15), rng.uniform(0.0, kTwoPi),

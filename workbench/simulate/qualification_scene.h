@@ -31,8 +31,8 @@ inline constexpr std::string_view kSceneKindNames[] = {
 struct QualificationScene {
   Scene scene;
   bool has_part = false;
-  /// The surface that tells the instance's near symmetries apart points to the camera; always true
-  /// for classes without.
+  /// The surface that tells the instance's near symmetries apart points to the camera: a sack's
+  /// wrinkles, the block of the nearly symmetric part; always true for the others.
   bool telling_side_up = true;
 };
 
