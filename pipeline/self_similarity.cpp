@@ -17,7 +17,7 @@ constexpr std::size_t kSeeds = 24;
 // In diameters: a seed's deviation that counts as one, points that meet, motions that differ.
 constexpr double kFar = 0.06;
 constexpr double kMeets = 0.012;
-constexpr double kDistinct = 0.08;
+constexpr double kDistinct = 0.15;
 constexpr float kCosNormal = 0.8F;
 constexpr double kLeastShare = 0.6;
 
@@ -97,7 +97,7 @@ void find_siblings(const Surface& surface, const ClosestPointTable& table, const
     seed.motion.linear() = rotation_of(i);
     seed.motion.translation() = centre - seed.motion.linear() * centre;
     if (distance_m(seed.motion, Pose::Identity(), centre, diameter_m, symmetry) <
-        2.0 * kDistinct * diameter_m) {
+        1.2 * kDistinct * diameter_m) {
       continue;
     }
     seed.off = rate(surface, table, seed.motion, kFar * diameter_m);
@@ -110,7 +110,7 @@ void find_siblings(const Surface& surface, const ClosestPointTable& table, const
     if (apart.size() == kSeeds) break;
     const bool near = std::any_of(apart.begin(), apart.end(), [&](const Seed& other) {
       return distance_m(seed.motion, other.motion, centre, diameter_m, symmetry) <
-             2.0 * kDistinct * diameter_m;
+             1.2 * kDistinct * diameter_m;
     });
     if (!near) apart.push_back(seed);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/judge/covariance.h"
+#include "pipeline/judge/rival_test.h"
 #include "pipeline/judge/verdict.h"
 #include "pipeline/judge/verification.h"
 #include "tests/pipeline/support/box_scene.h"
@@ -32,6 +33,7 @@ class FrameJudge : public testing::Test {
           edges_.reserve(arena, kWidth * kHeight);
           render_.reserve(arena, kWidth * kHeight, 4096);
           verification_.reserve(arena, kWidth * kHeight, model_->size);
+          rivals_.reserve(arena, kWidth * kHeight);
         }) {
     model_->spacing_m = 0.005;
     scene_.add(truth_, kSize_m);
@@ -70,6 +72,15 @@ class FrameJudge : public testing::Test {
     }
   }
 
+  /// The first pose against the second, each reading for itself.
+  Contrast compare(const Pose& first, const Pose& second) {
+    label();
+    render_.render(*model_, first, view_);
+    rivals_.keep(render_);
+    render_.render(*model_, second, view_);
+    return rivals_.against(render_, view_, 1.0);
+  }
+
   test::BoxScene scene_;
   Pose truth_;
   test::OwnedSurface model_;
@@ -77,6 +88,7 @@ class FrameJudge : public testing::Test {
   EdgeMap edges_;
   ModelRender render_;
   Verification verification_;
+  RivalTest rivals_;
   test::ArenaMemory memory_;
   std::vector<std::uint8_t> label_;
   DepthView view_;
@@ -211,6 +223,33 @@ TEST_F(FrameJudge, ReadingsThatEndInNothingAreNoEdge) {
   const Evidence evidence = verify(truth_);
   EXPECT_LT(evidence.edge_known, 0.05);
   EXPECT_GT(evidence.matched, 0.99);
+}
+
+TEST_F(FrameJudge, ATurnedBoxThatLooksTheSameIsNotToldApart) {
+  Pose turned = truth_;
+  turned.linear() = truth_.linear() * Eigen::Vector3d(-1.0, -1.0, 1.0).asDiagonal();
+  EXPECT_LT(compare(truth_, turned).certainty(), 0.01);
+  EXPECT_LT(compare(turned, truth_).certainty(), 0.01);
+}
+
+TEST_F(FrameJudge, ATurnedBoxThatLooksDifferentIsToldApartWhicheverComesFirst) {
+  Pose turned = truth_;
+  turned.linear().col(0) = truth_.linear().col(1);
+  turned.linear().col(1) = -truth_.linear().col(0);
+  const Contrast right = compare(truth_, turned);
+  EXPECT_GT(right.share, 0.95);
+  EXPECT_GT(right.certainty(), 0.9);
+  const Contrast wrong = compare(turned, truth_);
+  EXPECT_NEAR(wrong.gain, -right.gain, 1e-9 * right.gain);
+  EXPECT_EQ(wrong.certainty(), 0.0);
+}
+
+TEST_F(FrameJudge, WhereNothingIsReadNothingIsTold) {
+  erase(0, 0, kWidth, kHeight, 0.0);
+  Pose turned = truth_;
+  turned.linear().col(0) = truth_.linear().col(1);
+  turned.linear().col(1) = -truth_.linear().col(0);
+  EXPECT_EQ(compare(truth_, turned).certainty(), 0.0);
 }
 
 Findings good_findings() {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "pipeline/reject/distance.h"
@@ -99,7 +100,7 @@ class Agreement : public testing::Test {
   [[nodiscard]] PairView view() { return {&*source_, &*target_, keypoints_, keypoints_}; }
   template <class Rejector>
   Status run(Rejector& rejector) {
-    const test::ArenaMemory memory([&](Arena& arena) { rejector.reserve(arena, Limits{}); });
+    memory_.emplace([&](Arena& arena) { rejector.reserve(arena, Limits{}); });
     Rng rng(1);
     return rejector.reject(view(), pairs_, rng);
   }
@@ -121,6 +122,7 @@ class Agreement : public testing::Test {
   std::vector<Keypoint> keypoints_;
   std::vector<Correspondence> storage_ = std::vector<Correspondence>(kPoints);
   Correspondences pairs_{storage_};
+  std::optional<test::ArenaMemory> memory_;  ///< of the rejector that ran last
 };
 
 TEST_F(Agreement, RansacKeepsAllRightPairsFarFromTheOrigin) {
