@@ -35,6 +35,7 @@ constexpr std::array kCommands = {
             "print every key of a preset with unit, range, default and help"},
     Command{"import", run_import, "bring a foreign recording into the TUM layout"},
     Command{"plc", run_plc, "a PLC emulator: triggers over Modbus and prints each result"},
+    Command{"record", run_record, "record a camera's frames into a folder in the TUM layout"},
     Command{"simulate", run_simulate, "render a conveyor scene into a recording with its truth"},
 };
 

@@ -28,6 +28,7 @@ int run_keypoints(std::span<const std::string> args);
 int run_match(std::span<const std::string> args);
 int run_normals(std::span<const std::string> args);
 int run_plc(std::span<const std::string> args);
+int run_record(std::span<const std::string> args);
 int run_register(std::span<const std::string> args);
 int run_register_many(std::span<const std::string> args);
 int run_reject(std::span<const std::string> args);

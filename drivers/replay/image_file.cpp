@@ -99,15 +99,15 @@ void decode_color(std::span<const std::byte> bytes, const std::string& name,
   }
 }
 
-void write_png(const std::filesystem::path& file, PngRows rows, int width, int height,
-               const void* first, std::size_t stride_bytes) {
+std::vector<std::byte> encoded_png(PngRows rows, int width, int height, const void* first,
+                                   std::size_t stride_bytes, PngEffort effort) {
   std::vector<std::byte> out;
   CodecMessage message{};
   if (!encode_png(rows, width, height, static_cast<const std::byte*>(first), stride_bytes, out,
-                  message)) {
-    throw problem(file.string(), "can't be encoded", message.data());
+                  message, effort)) {
+    throw problem("image", "can't be encoded", message.data());
   }
-  write_file(file, out);
+  return out;
 }
 
 }  // namespace
@@ -144,15 +144,33 @@ ColorImage read_color_image(const std::filesystem::path& file) {
   return decode_color_image(read_file(file, kMaxImageFileBytes), file.string());
 }
 
+std::vector<std::byte> encode_depth_png(ImageView<const std::uint16_t> depth, PngEffort effort) {
+  return encoded_png(PngRows::Gray16, depth.width, depth.height, depth.data,
+                     depth.stride * sizeof(std::uint16_t), effort);
+}
+
+std::vector<std::byte> encode_color_png(ImageView<const Rgb8> color, PngEffort effort) {
+  static_assert(sizeof(Rgb8) == 3);
+  return encoded_png(PngRows::Rgb8, color.width, color.height, color.data,
+                     color.stride * sizeof(Rgb8), effort);
+}
+
+std::vector<std::byte> encode_color_jpeg(ImageView<const Rgb8> color, int quality) {
+  std::vector<std::byte> out;
+  CodecMessage message{};
+  if (!encode_jpeg(color.width, color.height, reinterpret_cast<const std::byte*>(color.data),
+                   color.stride * sizeof(Rgb8), quality, out, message)) {
+    throw problem("image", "can't be encoded", message.data());
+  }
+  return out;
+}
+
 void write_depth_png(const std::filesystem::path& file, ImageView<const std::uint16_t> depth) {
-  write_png(file, PngRows::Gray16, depth.width, depth.height, depth.data,
-            depth.stride * sizeof(std::uint16_t));
+  write_file(file, encode_depth_png(depth));
 }
 
 void write_color_png(const std::filesystem::path& file, ImageView<const Rgb8> color) {
-  static_assert(sizeof(Rgb8) == 3);
-  write_png(file, PngRows::Rgb8, color.width, color.height, color.data,
-            color.stride * sizeof(Rgb8));
+  write_file(file, encode_color_png(color));
 }
 
 }  // namespace grapnel

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/image.h"
+#include "drivers/replay/png_codec.h"
 
 namespace grapnel {
 
@@ -57,5 +58,13 @@ void decode_color_image(std::span<const std::byte> bytes, const std::string& nam
 /// PNG at compression level 1. The file appears whole or not at all. Throw InputError.
 void write_depth_png(const std::filesystem::path& file, ImageView<const std::uint16_t> depth);
 void write_color_png(const std::filesystem::path& file, ImageView<const Rgb8> color);
+
+/// The same without a file. Throw InputError.
+[[nodiscard]] std::vector<std::byte> encode_depth_png(ImageView<const std::uint16_t> depth,
+                                                      PngEffort effort = PngEffort::Small);
+[[nodiscard]] std::vector<std::byte> encode_color_png(ImageView<const Rgb8> color,
+                                                      PngEffort effort = PngEffort::Small);
+/// Quality 1…100; colours at full resolution.
+[[nodiscard]] std::vector<std::byte> encode_color_jpeg(ImageView<const Rgb8> color, int quality);
 
 }  // namespace grapnel

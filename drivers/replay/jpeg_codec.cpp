@@ -6,6 +6,7 @@
 #include <jpeglib.h>
 
 #include <cstddef>
+#include <cstdlib>
 
 namespace grapnel {
 
@@ -75,6 +76,74 @@ bool JpegDecoder::read_rows(std::span<std::byte> out) noexcept {
   }
   jpeg_finish_decompress(&state.decoder);
   return true;
+}
+
+namespace {
+
+/// One encoding; libjpeg allocates `data`.
+struct JpegEncoder {
+  jpeg_compress_struct encoder{};
+  jpeg_error_mgr errors{};
+  std::jmp_buf on_error{};
+  unsigned char* data = nullptr;
+  unsigned long bytes = 0;
+  CodecMessage* message = nullptr;
+
+  [[noreturn]] static void fail(j_common_ptr encoder) {
+    auto& self = *static_cast<JpegEncoder*>(encoder->client_data);
+    char text[JMSG_LENGTH_MAX];
+    self.errors.format_message(encoder, text);
+    std::snprintf(self.message->data(), self.message->size(), "%.*s",
+                  static_cast<int>(self.message->size() - 1), text);
+    std::longjmp(self.on_error, 1);
+  }
+  static void ignore(j_common_ptr, int) {}
+};
+
+// Between setjmp and its longjmp no object with a destructor lives here.
+bool encode_rows(JpegEncoder& job, int width, int height, const std::byte* first,
+                 std::size_t stride_bytes, int quality) noexcept {
+  if (setjmp(job.on_error) != 0) return false;
+  jpeg_create_compress(&job.encoder);
+  jpeg_mem_dest(&job.encoder, &job.data, &job.bytes);
+  job.encoder.image_width = static_cast<JDIMENSION>(width);
+  job.encoder.image_height = static_cast<JDIMENSION>(height);
+  job.encoder.input_components = 3;
+  job.encoder.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&job.encoder);
+  jpeg_set_quality(&job.encoder, quality, TRUE);
+  for (int i = 0; i < job.encoder.num_components; ++i) {
+    job.encoder.comp_info[i].h_samp_factor = 1;
+    job.encoder.comp_info[i].v_samp_factor = 1;
+  }
+  jpeg_start_compress(&job.encoder, TRUE);
+  while (job.encoder.next_scanline < job.encoder.image_height) {
+    const std::byte* const row = first + job.encoder.next_scanline * stride_bytes;
+    auto* writable = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(row));
+    jpeg_write_scanlines(&job.encoder, &writable, 1);
+  }
+  jpeg_finish_compress(&job.encoder);
+  return true;
+}
+
+}  // namespace
+
+bool encode_jpeg(int width, int height, const std::byte* first, std::size_t stride_bytes,
+                 int quality, std::vector<std::byte>& out, CodecMessage& message) {
+  JpegEncoder job;
+  job.message = &message;
+  job.encoder.err = jpeg_std_error(&job.errors);
+  job.errors.error_exit = &JpegEncoder::fail;
+  job.errors.emit_message = &JpegEncoder::ignore;
+  job.encoder.client_data = &job;
+  const bool encoded = encode_rows(job, width, height, first, stride_bytes, quality);
+  if (encoded) {
+    const auto* const data = reinterpret_cast<const std::byte*>(job.data);
+    out.assign(data, data + job.bytes);
+  }
+  jpeg_destroy_compress(&job.encoder);
+  std::free(job.data);
+  return encoded;
 }
 
 }  // namespace grapnel

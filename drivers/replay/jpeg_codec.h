@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "drivers/replay/png_codec.h"
 
@@ -26,5 +27,11 @@ class JpegDecoder {
   struct State;
   State* state_;
 };
+
+/// Encodes rows of 8-bit RGB, colours at full resolution; `stride_bytes` from row to row, quality
+/// 1…100. False with `message`.
+[[nodiscard]] bool encode_jpeg(int width, int height, const std::byte* first,
+                               std::size_t stride_bytes, int quality, std::vector<std::byte>& out,
+                               CodecMessage& message);
 
 }  // namespace grapnel

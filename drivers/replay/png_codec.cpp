@@ -1,6 +1,7 @@
 #include "drivers/replay/png_codec.h"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <csetjmp>
 #include <cstdio>
@@ -12,7 +13,8 @@
 namespace grapnel {
 namespace {
 
-constexpr int kCompressionLevel = 1;
+// Output is handed on in pieces of this size.
+constexpr std::size_t kPieceBytes = 128u << 10;
 // Text and colour profile chunks of a depth or colour image are small.
 constexpr png_alloc_size_t kMaxChunkBytes = 8u << 20;
 
@@ -124,13 +126,23 @@ struct PngSink {
   static void flush(png_structp) {}
 };
 
+// One filter, not the best of five: speed is what is wanted.
+void set_effort(png_structp png, PngEffort effort, PngRows rows) {
+  const bool plain = effort == PngEffort::None;
+  png_set_compression_level(png, plain ? 0 : 1);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, plain ? PNG_FILTER_NONE : PNG_FILTER_SUB);
+  if (effort != PngEffort::Fast) return;
+  // Depth has long runs of no reading; colour has few runs and pays for looking for them.
+  png_set_compression_strategy(png, rows == PngRows::Gray16 ? Z_RLE : Z_HUFFMAN_ONLY);
+}
+
 bool encode_rows(png_structp png, png_infop info, PngSink& sink, PngRows rows, int width,
-                 int height, const std::byte* first, std::size_t stride_bytes) noexcept {
+                 int height, const std::byte* first, std::size_t stride_bytes,
+                 PngEffort effort) noexcept {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_write_fn(png, &sink, &PngSink::write, &PngSink::flush);
-  png_set_compression_level(png, kCompressionLevel);
-  // One filter, not the best of five: level 1 is chosen for its speed.
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+  set_effort(png, effort, rows);
+  png_set_compression_buffer_size(png, kPieceBytes);
   const bool gray = rows == PngRows::Gray16;
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
                gray ? 16 : 8, gray ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
@@ -148,13 +160,14 @@ bool encode_rows(png_structp png, png_infop info, PngSink& sink, PngRows rows, i
 }  // namespace
 
 bool encode_png(PngRows rows, int width, int height, const std::byte* first,
-                std::size_t stride_bytes, std::vector<std::byte>& out, CodecMessage& message) {
+                std::size_t stride_bytes, std::vector<std::byte>& out, CodecMessage& message,
+                PngEffort effort) {
   copy_message(message, "out of memory");
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message, on_error, on_warning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   PngSink sink{&out};
-  const bool encoded =
-      info != nullptr && encode_rows(png, info, sink, rows, width, height, first, stride_bytes);
+  const bool encoded = info != nullptr && encode_rows(png, info, sink, rows, width, height, first,
+                                                      stride_bytes, effort);
   png_destroy_write_struct(&png, &info);
   return encoded;
 }

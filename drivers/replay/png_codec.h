@@ -42,9 +42,16 @@ class PngDecoder {
   State* state_;
 };
 
+/// What an encoder spends to make an image small.
+enum class PngEffort : std::uint8_t {
+  None,   ///< as it is, under a millisecond for 640×480
+  Fast,   ///< neighbours' differences and Huffman codes: a third to a half of level 1's time
+  Small,  ///< level 1
+};
+
 /// Encodes rows of 16-bit grey or 8-bit RGB; `stride_bytes` from row to row. False with `message`.
 [[nodiscard]] bool encode_png(PngRows rows, int width, int height, const std::byte* first,
                               std::size_t stride_bytes, std::vector<std::byte>& out,
-                              CodecMessage& message);
+                              CodecMessage& message, PngEffort effort = PngEffort::Small);
 
 }  // namespace grapnel

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <system_error>
 
 #include "base/file.h"
 #include "base/formats/text_scanner.h"
@@ -94,7 +95,14 @@ std::vector<IndexRow> parse_index(std::string_view text, const std::string& name
 
 std::vector<IndexRow> read_index(const std::filesystem::path& file) {
   const std::vector<std::byte> bytes = read_file(file, kMaxIndexBytes);
-  return parse_index(text_of(bytes), file.string());
+  std::vector<IndexRow> rows = parse_index(text_of(bytes), file.string());
+  const bool cut = !bytes.empty() && bytes.back() != std::byte{'\n'};
+  std::error_code none;
+  if (cut && !rows.empty() &&
+      !std::filesystem::is_regular_file(file.parent_path() / rows.back().file, none)) {
+    rows.pop_back();  // only the beginning of a name was written
+  }
+  return rows;
 }
 
 std::vector<TimedPose> parse_poses(std::string_view text, const std::string& name) {

@@ -32,7 +32,8 @@ inline constexpr std::uintmax_t kMaxIndexBytes = std::uintmax_t{1} << 26;
 [[nodiscard]] std::string time_text(std::int64_t time_us);
 
 /// Read a TUM text file: '#' begins a comment. A last line without its end that can't be read is
-/// taken as a write that was cut off, and left out. Throw InputError with file and line.
+/// taken as a write that was cut off, and left out; so is one that names no file. Throw InputError
+/// with file and line.
 [[nodiscard]] std::vector<IndexRow> read_index(const std::filesystem::path& file);
 [[nodiscard]] std::vector<IndexRow> parse_index(std::string_view text, const std::string& name);
 [[nodiscard]] std::vector<TimedPose> read_poses(const std::filesystem::path& file);
