@@ -1,17 +1,22 @@
 #include "tests/bench/table.h"
 
-#include <sys/utsname.h>
 #include <time.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <thread>
 
 #include "pipeline/kernels/target.h"
+#include "tests/bench/peers/peers.h"
 
 namespace grapnel::bench {
 namespace {
+
+/// A peer slower than this is neither warmed up nor run more than three times.
+constexpr double kSlow_ms = 100.0;
+constexpr int kSlowRuns = 3;
 
 std::string cpu_name() {
   std::ifstream file("/proc/cpuinfo");
@@ -27,6 +32,28 @@ const char* verdict(const Row& row, double ms) {
   return ms <= row.must_ms ? "must met" : "missed";
 }
 
+double timed_ms(const std::function<void()>& prepare, const std::function<void()>& run) {
+  if (prepare) prepare();
+  const double before = thread_ms();
+  run();
+  return thread_ms() - before;
+}
+
+double middle(std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(),
+                value < 10.0    ? "%.2f"
+                : value < 100.0 ? "%.1f"
+                                : "%.0f",
+                value);
+  return text.data();
+}
+
 }  // namespace
 
 double thread_ms() {
@@ -37,36 +64,46 @@ double thread_ms() {
 
 double median_ms(const Row& row, int runs) {
   std::vector<double> times;
-  for (int i = 0; i < runs + 1; ++i) {
-    if (row.prepare) row.prepare();
-    const double before = thread_ms();
-    row.run();
-    // The first run warms the caches.
-    if (i > 0) times.push_back(thread_ms() - before);
+  (void)timed_ms(row.prepare, row.run);
+  for (int i = 0; i < runs; ++i) times.push_back(timed_ms(row.prepare, row.run));
+  return middle(times);
+}
+
+double peer_ms(const Row& row, int runs) {
+  if (!row.peer) return 0.0;
+  if (row.prepare) row.prepare();
+  const double first = timed_ms({}, row.peer);
+  std::vector<double> times;
+  if (first > kSlow_ms) {
+    times.push_back(first);
+    runs = kSlowRuns - 1;
   }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
+  for (int i = 0; i < runs; ++i) times.push_back(timed_ms({}, row.peer));
+  return middle(times);
 }
 
 void print_machine() {
-  std::array<char, 32> date{};
-  const time_t now = time(nullptr);
-  tm local{};
-  localtime_r(&now, &local);
-  strftime(date.data(), date.size(), "%Y-%m-%d", &local);
-  std::printf("%s, g++ %s, SIMD target %s, %s. One thread, CPU time, medians.\n\n",
-              cpu_name().c_str(), __VERSION__, kernels::target_name(), date.data());
+  std::printf("%s, %u cores in sight, g++ %s, SIMD target %s; peer: %s. One thread, CPU time,",
+              cpu_name().c_str(), std::thread::hardware_concurrency(), __VERSION__,
+              kernels::target_name(), peers::name());
+  std::printf(" medians.\n\n");
 }
 
 void print_rows(const std::vector<Row>& rows, int runs) {
-  std::printf("| what | ms | must | goal | |\n|---|---|---|---|---|\n");
+  std::printf("| what | ms | must | goal | | PCL, ms | ratio |\n|---|---|---|---|---|---|---|\n");
   for (const Row& row : rows) {
     const double ms = median_ms(row, runs);
+    const double theirs = peer_ms(row, runs);
+    std::printf("| %s | %s |", row.what.c_str(), number(ms).c_str());
     if (row.must_ms > 0.0) {
-      std::printf("| %s | %.2f | %g | %g | %s |\n", row.what.c_str(), ms, row.must_ms, row.goal_ms,
-                  verdict(row, ms));
+      std::printf(" %g | %g | %s |", row.must_ms, row.goal_ms, verdict(row, ms));
     } else {
-      std::printf("| %s | %.2f | | | |\n", row.what.c_str(), ms);
+      std::printf(" | | |");
+    }
+    if (theirs > 0.0) {
+      std::printf(" %s | %.0f |\n", number(theirs).c_str(), theirs / ms);
+    } else {
+      std::printf(" | |\n");
     }
     std::fflush(stdout);
   }

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace grapnel::bench {
+
+// Each prints one part of the table; the names are those of the command line.
+
+void print_filters();
+void print_keypoints();
+void print_features();
+void print_registration();
+/// Frame to pose on simulated frames, and on recorded ones where GRAPNEL_DATA names them.
+void print_frames();
+/// Cost by number of points.
+void print_growth();
+
+}  // namespace grapnel::bench
