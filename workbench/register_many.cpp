@@ -30,6 +30,8 @@ struct ManyOptions {
 std::optional<ManyOptions> parse(std::span<const std::string> args) {
   ManyOptions wanted;
   std::string crop;
+  bool no_joint = false;
+  bool keep_focal = false;
   std::int64_t reach = 0;
   std::int64_t jobs = 1;
   std::int64_t min_views = 1;
@@ -49,6 +51,8 @@ std::optional<ManyOptions> parse(std::span<const std::string> args) {
                   "pairs at most this far apart in the list (0 = every pair)");
   options.number("--shared-error", wanted.frame.shared_error_m, 0.0, 10.0,
                  "metres, 1 sigma, that all readings of a view share; 0 = from its size");
+  options.flag("--no-joint", no_joint, "leave out the fit of all views at once");
+  options.flag("--keep-focal", keep_focal, "take the cameras' focal lengths as they are");
   options.integer("--jobs", jobs, 1, 256, "pairs at once; the result does not depend on it");
   options.value("-o,--output", wanted.output, "the fused views, .ply or .pcd");
   options.number("--voxel", wanted.model.voxel_m, 0.0, 1.0,
@@ -59,6 +63,8 @@ std::optional<ManyOptions> parse(std::span<const std::string> args) {
   options.footer("Exit code 0: every view is connected; 1: some are not, and are named.");
   if (!options.parse(args)) return std::nullopt;
   wanted.views.crop = parse_box(crop, "--crop");
+  wanted.frame.joint = !no_joint;
+  wanted.frame.fit_focal = !keep_focal;
   wanted.frame.reach = static_cast<std::size_t>(reach);
   wanted.frame.jobs = static_cast<std::size_t>(jobs);
   wanted.model.min_views = static_cast<std::size_t>(min_views);

@@ -7,6 +7,7 @@
 
 #include "base/input_error.h"
 #include "workbench/pose_graph/graph_shape.h"
+#include "workbench/views/joint_fit.h"
 #include "workbench/views/pair_edges.h"
 
 namespace grapnel {
@@ -186,11 +187,43 @@ class Connection {
   std::vector<double> shared_m_;       // of each graph edge
 };
 
+/// A frame's intrinsics; invalid for clouds.
+Intrinsics camera_of(const View& view) {
+  return view.input.is_frame() ? view.input.frame().intrinsics : Intrinsics{};
+}
+
+/// All views of the first one's part at once, where each has a camera.
+void fit_connected(const std::vector<View>& views, const CommonFrameOptions& options,
+                   CommonFrame& frame) {
+  std::vector<JointView> joint;
+  std::vector<std::size_t> view_of;
+  double gate_m = 3.0 * kSharedError_m;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!frame.views[i].connected) continue;
+    if (!camera_of(views[i]).valid()) return;
+    const ViewShape shape = shape_of(views[i]);
+    gate_m = std::min(gate_m, 3.0 * shared_error_m(shape, shape, options));
+    joint.push_back({view_samples(views[i]), camera_of(views[i]), frame.views[i].part_from_view});
+    view_of.push_back(i);
+  }
+  if (joint.size() < 2) return;
+  JointFitOptions fit_options;
+  fit_options.gate_m = gate_m;
+  fit_options.fit_focal = options.fit_focal;
+  const JointFit fit = fit_together(joint, fit_options);
+  for (std::size_t k = 0; k < view_of.size(); ++k) {
+    frame.views[view_of[k]].part_from_view = fit.world_from_view[k];
+  }
+  frame.joint = {true, fit.focal_factor, fit.focal_sigma, fit.rms_m, fit.partners};
+}
+
 }  // namespace
 
 CommonFrame bring_together(const std::vector<View>& views, const CommonFrameOptions& options) {
   if (views.size() < 2) throw InputError("at least two views are needed");
-  return Connection(views, options, register_pairs(views, options)).run();
+  CommonFrame frame = Connection(views, options, register_pairs(views, options)).run();
+  if (options.joint) fit_connected(views, options, frame);
+  return frame;
 }
 
 }  // namespace grapnel

@@ -17,6 +17,8 @@ struct CommonFrameOptions {
   std::vector<std::string> overrides;  ///< key=value over the preset's
   std::size_t reach = 0;               ///< only views at most this far apart in the list; 0 = all
   std::size_t jobs = 1;                ///< pairs registered at once; the result does not depend
+  bool joint = true;                   ///< fit all of a camera's views at once after the graph
+  bool fit_focal = true;               ///< and with them one factor on the focal lengths
   double shared_error_m = 0.0;  ///< 1-σ of errors that a view's readings share; 0 = from its size
 };
 
@@ -55,11 +57,21 @@ struct LoopReport {
   double max_rad = 0.0;
 };
 
+/// What the fit of all views at once found. Only of views that have a camera.
+struct JointReport {
+  bool done = false;
+  double focal_factor = 1.0;  ///< the views fit best with focal lengths times this
+  double focal_sigma = 0.0;
+  double rms_m = 0.0;  ///< point-to-plane, where views overlap
+  std::size_t partners = 0;
+};
+
 /// Views in one frame.
 struct CommonFrame {
   std::vector<PlacedView> views;
   std::vector<ViewEdge> edges;
   LoopReport loops;
+  JointReport joint;
   int iterations = 0;
   std::size_t parts = 0;
 

@@ -100,6 +100,12 @@ nlohmann::ordered_json common_frame_json(const std::vector<View>& views, const C
                    {"rms_m", frame.loops.rms_m},
                    {"max_m", frame.loops.max_m},
                    {"max_rad", frame.loops.max_rad}};
+  if (frame.joint.done) {
+    json["joint"] = {{"rms_m", frame.joint.rms_m},
+                     {"partners", frame.joint.partners},
+                     {"focal_factor", frame.joint.focal_factor},
+                     {"focal_sigma", frame.joint.focal_sigma}};
+  }
   json["iterations"] = frame.iterations;
   return json;
 }
@@ -124,6 +130,12 @@ std::string common_frame_text(const std::vector<View>& views, const CommonFrame&
                 count_of(frame, EdgeFate::SwitchedOff), count_of(frame, EdgeFate::Rejected),
                 frame.loops.loops, frame.loops.rms_m * 1e3, frame.loops.max_m * 1e3,
                 frame.loops.max_rad);
+  text += line.data();
+  if (!frame.joint.done) return text;
+  std::snprintf(line.data(), line.size(),
+                "where views overlap: rms %.2f mm; they fit best with focal lengths times %.4f "
+                "(sigma %.4f)\n",
+                frame.joint.rms_m * 1e3, frame.joint.focal_factor, frame.joint.focal_sigma);
   return text + line.data();
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "workbench/views/joint_fit.h"
+
 namespace grapnel {
 
 std::vector<TaughtView> taught_views(const std::vector<View>& views, const CommonFrame& frame) {
@@ -9,6 +11,7 @@ std::vector<TaughtView> taught_views(const std::vector<View>& views, const Commo
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (!frame.views[i].connected) continue;
     taught.push_back({view_samples(views[i]), frame.views[i].part_from_view});
+    apply_focal_factor(frame.joint.focal_factor, taught.back().samples);
   }
   return taught;
 }
