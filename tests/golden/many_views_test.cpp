@@ -96,6 +96,41 @@ TEST(RegisterManyCommand, BringsViewsTogetherAndFusesThem) {
   EXPECT_GT(read_cloud(folder / "fused.ply").size(), 5000U);
 }
 
+// Half the walk around: five views make the model, those between them are the scenes.
+TEST(TeachCommand, MakesAModelOfViewsWithoutPosesThatIsFoundInTheOthers) {
+  if (recorded_data("primesense_bunny").empty()) GTEST_SKIP() << test::kNoRecordedData;
+  const TempFolder folder;
+  const std::string camera = write_camera(folder);
+  const std::string model = folder / "bunny.ply";
+  std::vector<std::string> args = {"teach", "--camera", camera, "--json", "-o", model};
+  for (const int view : {0, 2, 4, 6, 8}) {
+    args.push_back(bunny("depth_" + std::to_string(view) + ".png"));
+  }
+  const CommandRun taught = run_command(args);
+  ASSERT_EQ(taught.code, 0) << taught.out << taught.error;
+  const Json json = Json::parse(taught.out);
+  EXPECT_EQ(json.at("frames"), 5);
+  EXPECT_LT(json.at("common_frame").at("loops").at("max_m"), 0.003);
+  const Json& quality = json.at("quality");
+  // Five caps of 30 degrees, 20 degrees apart: between two and five separate ones.
+  EXPECT_GT(quality.at("view_sphere_coverage"), 0.13);
+  EXPECT_LT(quality.at("view_sphere_coverage"), 0.34);
+  EXPECT_LT(quality.at("side_open_share").at("-z"), 0.2);  // where the first camera was
+  EXPECT_LT(quality.at("overlap_rms_m"), 0.001);           // as the folder's README measured it
+  EXPECT_TRUE(std::filesystem::exists(folder / "bunny.toml"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "bunny.png"));
+
+  for (const int view : {1, 3, 5, 7}) {
+    const CommandRun found =
+        run_command({"register", model, bunny("depth_" + std::to_string(view) + ".png"), "--camera",
+                     camera, "--object", "--json"});
+    ASSERT_EQ(found.code, 0) << found.out << found.error;
+    const Pose view_from_first = pose_of(Json::parse(found.out).at("transform"));
+    expect_near_truth(view_from_first.inverse(), first_from_view(0, view),
+                      "view " + std::to_string(view));
+  }
+}
+
 TEST(RegisterManyCommand, NamesTheViewThatDoesNotBelong) {
   if (recorded_data("primesense_bunny").empty()) GTEST_SKIP() << test::kNoRecordedData;
   const TempFolder folder;
