@@ -113,42 +113,63 @@ void EdgeMap::build(const DepthView& view) noexcept {
   propagate();
 }
 
+/// The nearest edge known to a pixel, while neighbours offer theirs.
+class EdgeMap::Offer {
+ public:
+  Offer(std::int32_t own, int u, int v) noexcept : u_(u), v_(v), site_(own) {
+    if (own != kNone) square_ = square(own);
+  }
+  void consider(std::int32_t site) noexcept {
+    if (site == kNone || site == site_) return;
+    const int other = square(site);
+    if (site_ != kNone && other >= square_) return;
+    site_ = site;
+    square_ = other;
+  }
+  [[nodiscard]] std::int32_t site() const noexcept { return site_; }
+
+ private:
+  [[nodiscard]] int square(std::int32_t site) const noexcept {
+    const int du = (site & 0xFFFF) - u_;
+    const int dv = (site >> 16) - v_;
+    return du * du + dv * dv;
+  }
+
+  int u_;
+  int v_;
+  std::int32_t site_;
+  int square_ = 0;
+};
+
 void EdgeMap::propagate() noexcept {
   const int width = box_.width();
   const int height = box_.height();
-  const auto at = [&](int x, int y) -> std::int32_t& {
-    return site_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                 static_cast<std::size_t>(x)];
-  };
-  const auto square = [&](std::int32_t site, int x, int y) {
-    const int du = site % 65536 - (x + box_.u0);
-    const int dv = site / 65536 - (y + box_.v0);
-    return du * du + dv * dv;
-  };
-  const auto take = [&](int x, int y, int ox, int oy) {
-    if (x + ox < 0 || x + ox >= width || y + oy < 0 || y + oy >= height) return;
-    const std::int32_t site = at(x + ox, y + oy);
-    std::int32_t& own = at(x, y);
-    if (site != kNone && (own == kNone || square(site, x, y) < square(own, x, y))) own = site;
-  };
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      take(x, y, -1, 0);
-      take(x, y, -1, -1);
-      take(x, y, 0, -1);
-      take(x, y, 1, -1);
+  // One sweep down and one up, each with a pass back along the row.
+  const auto sweep = [&](int y, int from_y, int first, int last, int step) {
+    std::int32_t* row = site_.data() + static_cast<std::ptrdiff_t>(y) * width;
+    const std::int32_t* other = from_y >= 0 && from_y < height
+                                    ? site_.data() + static_cast<std::ptrdiff_t>(from_y) * width
+                                    : nullptr;
+    for (int x = first; x != last + step; x += step) {
+      Offer offer(row[x], x + box_.u0, y + box_.v0);
+      const int before = x - step;
+      const int after = x + step;
+      if (x != first) offer.consider(row[before]);
+      if (other != nullptr) {
+        if (x != first) offer.consider(other[before]);
+        offer.consider(other[x]);
+        if (x != last) offer.consider(other[after]);
+      }
+      row[x] = offer.site();
     }
-    for (int x = width - 1; x >= 0; --x) take(x, y, 1, 0);
-  }
-  for (int y = height - 1; y >= 0; --y) {
-    for (int x = width - 1; x >= 0; --x) {
-      take(x, y, 1, 0);
-      take(x, y, 1, 1);
-      take(x, y, 0, 1);
-      take(x, y, -1, 1);
+    for (int x = last - step; x != first - step; x -= step) {
+      Offer offer(row[x], x + box_.u0, y + box_.v0);
+      offer.consider(row[x + step]);
+      row[x] = offer.site();
     }
-    for (int x = 0; x < width; ++x) take(x, y, -1, 0);
-  }
+  };
+  for (int y = 0; y < height; ++y) sweep(y, y - 1, 0, width - 1, 1);
+  for (int y = height - 1; y >= 0; --y) sweep(y, y + 1, width - 1, 0, -1);
 }
 
 EdgeMap::Nearest EdgeMap::nearest(int u, int v) const noexcept {
@@ -157,8 +178,8 @@ EdgeMap::Nearest EdgeMap::nearest(int u, int v) const noexcept {
       site_[static_cast<std::size_t>(v - box_.v0) * static_cast<std::size_t>(box_.width()) +
             static_cast<std::size_t>(u - box_.u0)];
   if (site == kNone) return {};
-  const int eu = site % 65536;
-  const int ev = site / 65536;
+  const int eu = site & 0xFFFF;
+  const int ev = site >> 16;
   return {eu, ev, (eu - u) * (eu - u) + (ev - v) * (ev - v), true};
 }
 

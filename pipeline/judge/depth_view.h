@@ -103,6 +103,8 @@ class EdgeMap {
   [[nodiscard]] Nearest nearest(int u, int v) const noexcept;
 
  private:
+  class Offer;
+
   void propagate() noexcept;
 
   PixelBox box_;

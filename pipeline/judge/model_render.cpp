@@ -11,12 +11,15 @@ namespace {
 // Surface seen flatter than 80 degrees is beyond what the sensor reads.
 constexpr float kCosGrazing = 0.17F;
 constexpr float kMaxDiscPixels = 12.0F;
+// Discs drawn at once.
+constexpr std::size_t kBatch = 256;
 
 }  // namespace
 
 void ModelRender::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_contour) {
-  z_ = arena.take<float>(max_pixels);
-  point_ = arena.take<std::int32_t>(max_pixels);
+  z_ = arena.take<float>(max_pixels + kernels::kDiscPad);
+  point_ = arena.take<std::int32_t>(max_pixels + kernels::kDiscPad);
+  discs_ = arena.take<kernels::Disc>(kBatch);
   contour_ = FixedList<ContourPoint>(arena.take<ContourPoint>(max_contour));
 }
 
@@ -26,7 +29,7 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
   intrinsics_ = view.intrinsics;
   const auto pixels =
       static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height());
-  GRAPNEL_ASSERT(pixels <= z_.size());
+  GRAPNEL_ASSERT(pixels + kernels::kDiscPad <= z_.size());
   std::fill_n(z_.begin(), pixels, 0.0F);
   marked_ = {box_.u1, box_.v1, box_.u0, box_.v0};
 
@@ -39,14 +42,21 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
     const Vec3f normal = rotation * model.normal(i);
     const float facing = -normal.dot(x);
     if (facing <= 0.0F || facing * facing < kCosGrazing * kCosGrazing * x.squaredNorm()) continue;
-    splat(static_cast<std::int32_t>(i), x, normal, radius_m);
+    add_disc(static_cast<std::int32_t>(i), x, normal, radius_m);
   }
+  draw();
   finish();
   if (marked_.u1 <= marked_.u0) marked_ = {box_.u0, box_.v0, box_.u0, box_.v0};
 }
 
-void ModelRender::splat(std::int32_t i, const Vec3f& x, const Vec3f& normal,
-                        float radius_m) noexcept {
+void ModelRender::draw() noexcept {
+  kernels::draw_discs(discs_.data(), disc_count_,
+                      {z_.data(), point_.data(), box_.u0, box_.v0, box_.width()});
+  disc_count_ = 0;
+}
+
+void ModelRender::add_disc(std::int32_t i, const Vec3f& x, const Vec3f& normal,
+                           float radius_m) noexcept {
   const auto fx = static_cast<float>(intrinsics_.fx);
   const auto fy = static_cast<float>(intrinsics_.fy);
   const auto cx = static_cast<float>(intrinsics_.cx);
@@ -72,18 +82,18 @@ void ModelRender::splat(std::int32_t i, const Vec3f& x, const Vec3f& normal,
   const float step_u = normal.x() * over_plane / fx;
   const float step_v = normal.y() * over_plane / fy;
   const float start = normal.z() * over_plane - cx * step_u - cy * step_v;
-  const float nearest = 1.0F / std::max(x.z() - 2.0F * radius_m, 0.1F * x.z());
-  const float farthest = 1.0F / (x.z() + 2.0F * radius_m);
-  for (int v = v0; v <= v1; ++v) {
-    const float row = start + step_v * static_cast<float>(v);
-    std::size_t k = index(u0, v);
-    for (int u = u0; u <= u1; ++u, ++k) {
-      const float inverse = std::clamp(row + step_u * static_cast<float>(u), farthest, nearest);
-      if (z_[k] >= inverse) continue;
-      z_[k] = inverse;
-      point_[k] = i;
-    }
-  }
+  kernels::Disc& disc = discs_[disc_count_++];
+  disc.start = start;
+  disc.step_u = step_u;
+  disc.step_v = step_v;
+  disc.nearest = 1.0F / std::max(x.z() - 2.0F * radius_m, 0.1F * x.z());
+  disc.farthest = 1.0F / (x.z() + 2.0F * radius_m);
+  disc.u0 = u0;
+  disc.u1 = u1;
+  disc.v0 = v0;
+  disc.v1 = v1;
+  disc.point = i;
+  if (disc_count_ == discs_.size()) draw();
 }
 
 void ModelRender::finish() noexcept {
@@ -98,6 +108,7 @@ void ModelRender::finish() noexcept {
 void ModelRender::find_contour(const Surface& model, const Pose& camera_from_model,
                                const DepthView& view) noexcept {
   contour_.clear();
+  const std::ptrdiff_t width = box_.width();
   const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
   const Vec3f shift = camera_from_model.translation().cast<float>();
   const auto fx = static_cast<float>(intrinsics_.fx);
@@ -105,18 +116,21 @@ void ModelRender::find_contour(const Surface& model, const Pose& camera_from_mod
   const auto covered = [&](int u, int v, float limit) {
     return box_.contains(u, v) && z_[index(u, v)] > 0.0F && z_[index(u, v)] < limit;
   };
-  for (int v = marked_.v0; v < marked_.v1; ++v) {
-    for (int u = marked_.u0; u < marked_.u1; ++u) {
-      const float z = z_[index(u, v)];
+  const auto spacing = 4.0F * static_cast<float>(model.spacing_m);
+  // At the image's end the part is cut off, not at its own.
+  const int u_end = std::min(marked_.u1, box_.u1 - 1);
+  const int v_end = std::min(marked_.v1, box_.v1 - 1);
+  for (int v = std::max(marked_.v0, box_.v0 + 1); v < v_end; ++v) {
+    for (int u = std::max(marked_.u0, box_.u0 + 1); u < u_end; ++u) {
+      const float* here = z_.data() + index(u, v);
+      const float z = *here;
       if (!(z > 0.0F)) continue;
-      // At the image's end the part is cut off, not at its own.
-      if (u == box_.u0 || v == box_.v0 || u + 1 == box_.u1 || v + 1 == box_.v1) continue;
-      const float behind =
-          z + 4.0F * static_cast<float>(model.spacing_m) + 8.0F * view.noise.sigma_m(z);
-      if (covered(u + 1, v, behind) && covered(u - 1, v, behind) && covered(u, v + 1, behind) &&
-          covered(u, v - 1, behind)) {
-        continue;
-      }
+      const float behind = z + spacing + 8.0F * view.noise.sigma_m(z);
+      const float nearest =
+          std::min(std::min(here[1], here[-1]), std::min(here[width], here[-width]));
+      const float farthest =
+          std::max(std::max(here[1], here[-1]), std::max(here[width], here[-width]));
+      if (nearest > 0.0F && farthest < behind) continue;
       float out_u = 0.0F;
       float out_v = 0.0F;
       for (int dv = -3; dv <= 3; ++dv) {

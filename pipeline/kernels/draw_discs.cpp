@@ -1,0 +1,81 @@
+#include "pipeline/kernels/draw_discs.h"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pipeline/kernels/draw_discs.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace grapnel {
+namespace kernels {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+void DrawDiscs(const Disc* discs, std::size_t count, const DiscImage& image) {
+  const hn::CappedTag<float, kDiscPad> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Disc& disc = discs[i];
+    const auto step_u = hn::Set(d, disc.step_u);
+    const auto nearest = hn::Set(d, disc.nearest);
+    const auto farthest = hn::Set(d, disc.farthest);
+    const auto point = hn::Set(di, disc.point);
+    for (std::int32_t v = disc.v0; v <= disc.v1; ++v) {
+      const auto row = hn::Set(d, disc.start + disc.step_v * static_cast<float>(v));
+      const std::ptrdiff_t line =
+          static_cast<std::ptrdiff_t>(v - image.top) * image.width - image.left;
+      for (std::int32_t u = disc.u0; u <= disc.u1; u += lanes) {
+        const auto at = hn::Iota(d, static_cast<float>(u));
+        const auto value = hn::Min(hn::Max(hn::Add(row, hn::Mul(step_u, at)), farthest), nearest);
+        float* z = image.inverse_z + line + u;
+        std::int32_t* points = image.point + line + u;
+        const auto inside = hn::FirstN(d, static_cast<std::size_t>(disc.u1 + 1 - u));
+        const auto nearer = hn::And(inside, hn::Lt(hn::LoadU(d, z), value));
+        hn::BlendedStore(value, nearer, d, z);
+        hn::BlendedStore(point, hn::RebindMask(di, nearer), di, points);
+      }
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kernels
+}  // namespace grapnel
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace grapnel::kernels {
+
+HWY_EXPORT(DrawDiscs);
+
+void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept {
+  HWY_DYNAMIC_DISPATCH(DrawDiscs)(discs, count, image);
+}
+
+namespace reference {
+
+void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Disc& disc = discs[i];
+    for (std::int32_t v = disc.v0; v <= disc.v1; ++v) {
+      const float row = disc.start + disc.step_v * static_cast<float>(v);
+      const std::ptrdiff_t line =
+          static_cast<std::ptrdiff_t>(v - image.top) * image.width - image.left;
+      for (std::int32_t u = disc.u0; u <= disc.u1; ++u) {
+        const float value =
+            std::clamp(row + disc.step_u * static_cast<float>(u), disc.farthest, disc.nearest);
+        if (image.inverse_z[line + u] >= value) continue;
+        image.inverse_z[line + u] = value;
+        image.point[line + u] = disc.point;
+      }
+    }
+  }
+}
+
+}  // namespace reference
+}  // namespace grapnel::kernels
+#endif
