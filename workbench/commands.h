@@ -22,6 +22,7 @@ int run_curvature(std::span<const std::string> args);
 int run_describe(std::span<const std::string> args);
 int run_describe_preset(std::span<const std::string> args);
 int run_evaluate(std::span<const std::string> args);
+int run_qualify(std::span<const std::string> args);
 int run_filter(std::span<const std::string> args);
 int run_import(std::span<const std::string> args);
 int run_keypoints(std::span<const std::string> args);
