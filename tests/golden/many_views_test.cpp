@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -129,6 +130,31 @@ TEST(TeachCommand, MakesAModelOfViewsWithoutPosesThatIsFoundInTheOthers) {
     expect_near_truth(view_from_first.inverse(), first_from_view(0, view),
                       "view " + std::to_string(view));
   }
+}
+
+TEST(EvaluateCommand, RunsACaseOfManyViews) {
+  if (recorded_data("primesense_bunny").empty()) GTEST_SKIP() << test::kNoRecordedData;
+  const TempFolder folder;
+  const std::string camera = write_camera(folder);
+  std::ostringstream text;
+  text.precision(12);
+  text << "[suite]\nname = \"walk\"\ntolerance_m = 0.003\ntolerance_rad = 0.0349\n"
+       << "[[case]]\nid = \"walk\"\nkind = \"many\"\ncamera = \"" << camera << "\"\n";
+  for (const int view : {0, 2, 4}) {
+    text << "[[case.view]]\nsource = \"" << bunny("depth_" + std::to_string(view) + ".png")
+         << "\"\ntruth = [";
+    const Pose truth = first_from_view(0, view);
+    for (int i = 0; i < 16; ++i) text << (i > 0 ? ", " : "") << truth.matrix()(i / 4, i % 4);
+    text << "]\n";
+  }
+  const std::string suite = write_text(folder / "suite.toml", text.str());
+  const CommandRun run = run_command({"evaluate", suite, "-o", folder / "out"});
+  ASSERT_EQ(run.code, 0) << run.error;
+  const Json line = Json::parse(test::text_of(folder / "out" / "results.jsonl"));
+  EXPECT_EQ(line.at("status"), "accepted") << line.dump();
+  EXPECT_EQ(line.at("right"), true) << line.dump();
+  EXPECT_EQ(line.at("views").size(), 3U);
+  EXPECT_LT(line.at("error_m"), 0.003);
 }
 
 TEST(RegisterManyCommand, NamesTheViewThatDoesNotBelong) {

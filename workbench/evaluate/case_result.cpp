@@ -5,6 +5,7 @@
 
 #include "base/input_error.h"
 #include "pipeline/registrar.h"
+#include "workbench/evaluate/many_case.h"
 #include "workbench/job.h"
 
 namespace grapnel {
@@ -33,6 +34,17 @@ void judge(const Suite& suite, const SuiteCase& one, const Job& job, CaseResult&
                  result.error->rotation_rad <= suite.tolerance_rad;
 }
 
+nlohmann::ordered_json view_json(const ViewResult& view) {
+  nlohmann::ordered_json json;
+  json["connected"] = view.connected;
+  if (view.connected) json["transform"] = pose_json(view.first_from_view);
+  if (view.error) {
+    json["error_m"] = view.error->mean_displacement_m;
+    json["error_rad"] = view.error->rotation_rad;
+  }
+  return json;
+}
+
 }  // namespace
 
 CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string& preset) {
@@ -44,8 +56,7 @@ CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string&
   result.preset = preset;
   try {
     if (one.kind == CaseKind::Many) {
-      result.answer =
-          failed_answer(Code::UnknownCommand, "cases of kind \"many\" can't be evaluated yet");
+      run_many_case(suite, one, preset == "default" ? general_preset(one.kind) : preset, result);
       return result;
     }
     Job job(inputs_of(one), preset == "default" ? general_preset(one.kind) : preset, {});
@@ -72,6 +83,7 @@ nlohmann::ordered_json to_json(const CaseResult& result) {
   json["error_rad"] = result.error ? nlohmann::ordered_json(result.error->rotation_rad)
                                    : nlohmann::ordered_json(nullptr);
   json["right"] = result.right;
+  for (const ViewResult& view : result.views) json["views"].push_back(view_json(view));
   return json;
 }
 

@@ -3,12 +3,20 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "workbench/answer.h"
 #include "workbench/evaluate/pose_error.h"
 #include "workbench/evaluate/suite.h"
 
 namespace grapnel {
+
+/// What became of one view of a case of many.
+struct ViewResult {
+  bool connected = false;
+  Pose first_from_view = Pose::Identity();
+  std::optional<PoseError> error;  ///< relative to the first view
+};
 
 /// What one preset made of one case.
 struct CaseResult {
@@ -18,7 +26,8 @@ struct CaseResult {
   CaseKind kind = CaseKind::Pair;
   Expect expect = Expect::Reject;
   Answer answer;
-  std::optional<PoseError> error;  ///< where there is a truth and a pose
+  std::optional<PoseError> error;  ///< where there is a truth and a pose; of many the worst view's
+  std::vector<ViewResult> views;   ///< of a case of many
   bool right = false;              ///< within both tolerances
 
   [[nodiscard]] bool accepted() const noexcept { return answer.status == Answer::Status::Accepted; }

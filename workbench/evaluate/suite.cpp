@@ -51,6 +51,33 @@ std::optional<Symmetry> take_symmetry(ConfigReader& reader) {
   }
 }
 
+SuiteView read_view(const ConfigTable& table, const std::filesystem::path& folder) {
+  ConfigReader reader(table);
+  SuiteView view;
+  reader.require("source");
+  view.source = take_path(reader, "source", folder);
+  view.camera = take_path(reader, "camera", folder);
+  view.color = take_path(reader, "color", folder);
+  view.mask = take_path(reader, "mask", folder);
+  view.truth = take_pose(reader, "truth");
+  reader.finish();
+  return view;
+}
+
+/// True when the views have their truth.
+bool read_views(ConfigReader& reader, const std::filesystem::path& folder, SuiteCase& one) {
+  std::size_t truths = 0;
+  for (const ConfigTable* table : reader.take_tables("view")) {
+    one.views.push_back(read_view(*table, folder));
+    truths += one.views.back().truth ? 1 : 0;
+  }
+  if (one.views.size() < 2) throw reader.problem("view", "two views or more are needed");
+  if (truths != 0 && truths != one.views.size()) {
+    throw reader.problem("view", "only some have a truth; all or none is allowed");
+  }
+  return truths > 0;
+}
+
 SuiteCase read_case(const ConfigTable& table, const std::filesystem::path& folder) {
   ConfigReader reader(table);
   SuiteCase one;
@@ -59,9 +86,9 @@ SuiteCase read_case(const ConfigTable& table, const std::filesystem::path& folde
   one.id = reader.take_text("id", "");
   if (one.id.empty()) throw reader.problem("id", "must not be empty");
   one.kind = take_choice<CaseKind>(reader, "kind", kKinds, "");
-  const bool views = one.kind == CaseKind::Many;
-  if (views) {
-    static_cast<void>(reader.take_tables("view"));
+  bool views_with_truth = false;
+  if (one.kind == CaseKind::Many) {
+    views_with_truth = read_views(reader, folder, one);
   } else {
     reader.require("source");
     reader.require("target");
@@ -75,9 +102,9 @@ SuiteCase read_case(const ConfigTable& table, const std::filesystem::path& folde
   one.initial = take_pose(reader, "initial");
   one.symmetry = take_symmetry(reader);
   one.group = reader.take_text("group", "");
-  one.expect =
-      take_choice<Expect>(reader, "expect", kExpects, one.truth || views ? "accept" : "reject");
-  if (one.expect != Expect::Reject && !one.truth && !views) {
+  const bool has_truth = one.truth || views_with_truth;
+  one.expect = take_choice<Expect>(reader, "expect", kExpects, has_truth ? "accept" : "reject");
+  if (one.expect != Expect::Reject && !has_truth) {
     throw reader.problem("expect", "\"" + std::string(expect_name(one.expect)) +
                                        "\" needs a truth; without one \"reject\" is allowed");
   }

@@ -14,6 +14,15 @@ namespace grapnel {
 enum class CaseKind : std::uint8_t { Scene, Pair, Many };
 enum class Expect : std::uint8_t { Accept, Reject, Either };
 
+/// One view of a case of many.
+struct SuiteView {
+  std::string source;
+  std::string camera;  ///< of a bare PNG; "" = the case's
+  std::string color;
+  std::string mask;           ///< black = leave out; "" = none
+  std::optional<Pose> truth;  ///< into a frame that all views of the case share
+};
+
 /// One case of a suite. Paths are as the inputs take them, relative ones already made absolute.
 struct SuiteCase {
   std::string id;
@@ -26,6 +35,7 @@ struct SuiteCase {
   std::optional<Pose> truth;
   std::optional<Pose> initial;
   std::optional<Symmetry> symmetry;  ///< overrides the model's
+  std::vector<SuiteView> views;      ///< of kind many; all have a truth or none has
   Expect expect = Expect::Reject;
   std::string group;  ///< "" = independent of every other case
 };

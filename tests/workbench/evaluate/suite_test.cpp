@@ -77,7 +77,29 @@ TEST(Suite, TakesCasesOfManyViews) {
                  std::string(kHead) +
                      "[[case]]\nid = \"m\"\nkind = \"many\"\n[[case.view]]\nsource = \"a.pcd\"\n"
                      "[[case.view]]\nsource = \"b.pcd\"\n");
-  EXPECT_EQ(load_suite(file).cases[0].kind, CaseKind::Many);
+  const SuiteCase one = load_suite(file).cases[0];
+  EXPECT_EQ(one.kind, CaseKind::Many);
+  ASSERT_EQ(one.views.size(), 2U);
+  EXPECT_EQ(one.views[1].source, (folder / "b.pcd").string());
+  EXPECT_EQ(one.expect, Expect::Reject);  // no truth
+}
+
+TEST(Suite, WantsTheTruthOfEveryViewOrOfNone) {
+  const std::string truth = "truth = [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n";
+  const auto many = [&](const std::string& first, const std::string& second) {
+    return std::string(kHead) + "[[case]]\nid = \"m\"\nkind = \"many\"\n" +
+           "[[case.view]]\nsource = \"a.pcd\"\n" + first + "[[case.view]]\nsource = \"b.pcd\"\n" +
+           second;
+  };
+  const TempFolder folder;
+  const auto load = [&](const std::string& text) {
+    return load_suite(write_text(folder / "suite.toml", text));
+  };
+  EXPECT_EQ(load(many(truth, truth)).cases[0].expect, Expect::Accept);
+  EXPECT_THROW(static_cast<void>(load(many(truth, ""))), InputError);
+  EXPECT_THROW(static_cast<void>(load(std::string(kHead) + "[[case]]\nid = \"m\"\nkind = \"many\"\n"
+                                                           "[[case.view]]\nsource = \"a.pcd\"\n")),
+               InputError);
 }
 
 TEST(Suite, NamesFileLineKeyValueAndWhatIsAllowed) {
