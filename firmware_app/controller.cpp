@@ -42,6 +42,9 @@ constexpr CommandRule kRules[] = {
     {PlcCommandCode::CheckPreset, false, false, true},
     {PlcCommandCode::ReloadConfig, false, false, true},
     {PlcCommandCode::LastGoodConfig, false, false, true},
+    {PlcCommandCode::SaveSnapshot, false, false, true},
+    {PlcCommandCode::GraspGood, false, false, true},
+    {PlcCommandCode::GraspBad, false, false, true},
     {PlcCommandCode::LearnBackground, false, false, false},
     {PlcCommandCode::CheckRoiEmpty, false, false, false},
     {PlcCommandCode::SelfTest, false, false, true},
@@ -54,6 +57,11 @@ const CommandRule* rule_of(std::uint16_t code) noexcept {
     if (static_cast<std::uint16_t>(rule.code) == code) return &rule;
   }
   return nullptr;
+}
+
+bool is_save(PlcCommandCode code) noexcept {
+  return code == PlcCommandCode::SaveSnapshot || code == PlcCommandCode::GraspGood ||
+         code == PlcCommandCode::GraspBad;
 }
 
 bool is_register(PlcCommandCode code) noexcept {
@@ -115,7 +123,7 @@ Controller::Decision Controller::judge(const PlcCommand& command) const noexcept
   // A cancelled job may still wind down beside one new job, not beside two.
   const bool starts_job = rule->needs_arm || rule->code == PlcCommandCode::LearnBackground ||
                           rule->code == PlcCommandCode::CheckRoiEmpty ||
-                          rule->code == PlcCommandCode::SelfTest;
+                          rule->code == PlcCommandCode::SelfTest || is_save(rule->code);
   if (starts_job && exchange_->job.finished.load(std::memory_order_acquire) + 1 < job_.number) {
     return {Code::Busy, 0};
   }
@@ -190,6 +198,11 @@ void Controller::execute(const PlcCommand& command) noexcept {
       break;
     case PlcCommandCode::SelfTest:
       start_job(JobKind::SelfTest, command, now_us + kSelfTestTimeoutUs);
+      break;
+    case PlcCommandCode::SaveSnapshot:
+    case PlcCommandCode::GraspGood:
+    case PlcCommandCode::GraspBad:
+      start_job(JobKind::SaveSnapshot, command, now_us + kSelfTestTimeoutUs);
       break;
     case PlcCommandCode::SelectPreset:
       start_config(ConfigAction::Select, command);

@@ -28,6 +28,7 @@
 #include "firmware_app/notify.h"
 #include "firmware_app/registration_loop.h"
 #include "firmware_app/sensor_health.h"
+#include "firmware_app/snapshot_keeper.h"
 
 namespace grapnel {
 namespace {
@@ -79,6 +80,7 @@ class Daemon {
   void run_config();
   void on_field_bus_thread() noexcept;
   void ask_for_rights();
+  void build_snapshots();
 
   DaemonOptions options_;
   MonotonicClock clock_;
@@ -104,6 +106,9 @@ class Daemon {
   std::unique_ptr<FramePool> pool_;
   std::unique_ptr<CameraKeeper> camera_;
   std::unique_ptr<SensorHealth> sensor_health_;
+  std::unique_ptr<MemoryBlock> evidence_memory_;
+  EvidenceSlot evidence_;
+  std::unique_ptr<SnapshotKeeper> snapshots_;
   std::unique_ptr<JobExecutor> executor_;
   std::unique_ptr<RegistrationLoop> registration_;
   std::unique_ptr<Controller> controller_;
@@ -160,7 +165,21 @@ void Daemon::load() {
   keeper_->start(state_folder_);
 }
 
+void Daemon::build_snapshots() {
+  const CaptureSettings& capture = settings_.capture;
+  evidence_memory_ = std::make_unique<MemoryBlock>(evidence_bytes(settings_));
+  Arena arena(evidence_memory_->span());
+  evidence_.reserve(arena, capture.max_width, capture.max_height, capture.color);
+  snapshots_ = std::make_unique<SnapshotKeeper>(
+      SnapshotKeeper::Parts{
+          &evidence_, [this](std::uint32_t number) { return source_.origin(number); },
+          [this](const std::string& line) { journal_.write(LogLevel::Warning, line); }},
+      SnapshotKeeper::Facts{state_folder_ / "snapshots", settings_.snapshots.keep, options_.config,
+                            GRAPNEL_BUILD_ID, Registrar::simd_target()});
+}
+
 void Daemon::build() {
+  build_snapshots();
   const CaptureSettings& capture = settings_.capture;
   background_memory_ = std::make_unique<MemoryBlock>(background_bytes(settings_));
   Arena arena(background_memory_->span());
@@ -185,7 +204,8 @@ void Daemon::build() {
       Scheduling{realtime.capture_priority, realtime.capture_cpu}, settings_.calibration.serial);
   executor_ = std::make_unique<JobExecutor>(
       ExecutorParts{&clock_, pool_.get(), &camera_->camera(), &background_, &exchange_.job,
-                    &supervisor_.progress(Supervised::Registration)},
+                    &supervisor_.progress(Supervised::Registration), &evidence_,
+                    settings_.snapshots.on_reject},
       capture, settings_.belt.learn_frames, settings_.roi.max_occupied_share);
   registration_ = std::make_unique<RegistrationLoop>(
       RegistrationLoop::Parts{executor_.get(), &exchange_.job, &presets_, &supervisor_,
@@ -225,7 +245,7 @@ void Daemon::ask_for_rights() {
 }
 
 void Daemon::start_threads() {
-  bool started = registration_->start() && camera_->start();
+  bool started = snapshots_->start() && registration_->start() && camera_->start();
   started = started && field_bus_thread_.start(
                            [](void* context) {
                              auto* self = static_cast<Daemon*>(context);
@@ -246,6 +266,7 @@ void Daemon::stop_threads() noexcept {
   config_thread_.join();
   if (registration_) registration_->stop();
   if (camera_) camera_->stop();
+  if (snapshots_) snapshots_->stop();
 }
 
 void Daemon::run_config() {
@@ -274,6 +295,7 @@ void Daemon::drain_log() {
   while (log_.pop(event)) {
     crash_.history().add(event);
     journal_.write(event);
+    if (snapshots_) snapshots_->note(event_text(event));
   }
 }
 

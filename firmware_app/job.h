@@ -43,7 +43,14 @@ struct JobProfile {
   Pose robot_from_camera = Pose::Identity();
 };
 
-enum class JobKind : std::uint8_t { Register, Capture, LearnBackground, CheckEmpty, SelfTest };
+enum class JobKind : std::uint8_t {
+  Register,
+  Capture,
+  LearnBackground,
+  CheckEmpty,
+  SelfTest,
+  SaveSnapshot
+};
 
 /// One job, from the field bus thread to the registration thread.
 struct JobRequest {

@@ -10,6 +10,7 @@ namespace {
 
 // A waiting job looks this often whether it was cancelled or the camera went away.
 constexpr std::int64_t kLookUs = 20'000;
+constexpr std::int64_t kSaveLookUs = 2'000;
 
 std::uint32_t clamp_us(std::int64_t us) noexcept {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(us, 0, 0xffffffffLL));
@@ -41,6 +42,7 @@ void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexce
                                                           : preset_->profile.pose_format;
   }
   parts_.exchange->phase.store(JobPhase::Capturing, std::memory_order_release);
+  if (request.kind != JobKind::SaveSnapshot) has_evidence_ = false;
   switch (request.kind) {
     case JobKind::Register:
       run_register(request, outcome);
@@ -55,6 +57,9 @@ void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexce
     case JobKind::CheckEmpty:
       run_check_empty(request, outcome);
       break;
+    case JobKind::SaveSnapshot:
+      run_save(request, outcome);
+      break;
   }
   const std::int64_t now_us = clock_.now_us();
   if (now_us >= request.deadline_us && result.code != Code::Aborted) {
@@ -65,6 +70,7 @@ void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexce
     result.age_us = clamp_us(now_us - mid_exposure_us_);
     result.total_us = clamp_us(now_us - frame_at_us_);
   }
+  if (request.kind == JobKind::Register) evidence_.result = result;
   parts_.exchange->phase.store(JobPhase::Idle, std::memory_order_release);
 }
 
@@ -152,8 +158,9 @@ Code JobExecutor::attempt(const JobRequest& request, const FrameLease& lease,
   result.found = 0;
   const Code bad_frame = judge_frame(frame);
   if (bad_frame != Code::Ok) return bad_frame;
-  const Result<RegistrationReports> answer =
-      preset_->runner->run(frame, context_of(request, frame));
+  const JobContext context = context_of(request, frame);
+  const Result<RegistrationReports> answer = preset_->runner->run(frame, context);
+  remember(request, frame, context, answer);
   if (!answer) return answer.error().code;
   const RegistrationReports& reports = answer.value();
   const bool camera_frame = (request.command.options & kOptionCameraFrame) != 0 ||
@@ -168,6 +175,57 @@ Code JobExecutor::attempt(const JobRequest& request, const FrameLease& lease,
     if (stage < reports.stage_us.size()) outcome.stage_us[i] = reports.stage_us[stage];
   }
   return reports.code;
+}
+
+void JobExecutor::remember(const JobRequest& request, const DepthFrame& frame,
+                           const JobContext& context,
+                           const Result<RegistrationReports>& answer) noexcept {
+  // What ended early by time or by hand can't be repeated.
+  has_evidence_ =
+      answer || (answer.error().code != Code::JobDeadline && answer.error().code != Code::Aborted);
+  if (!has_evidence_) return;
+  evidence_.job = request.number;
+  evidence_.origin = preset_->origin;
+  evidence_.command = request.command;
+  evidence_.label = GraspLabel::None;
+  evidence_.frame = frame;
+  evidence_.context = context;
+  evidence_.reported = static_cast<bool>(answer);
+  if (answer) {
+    evidence_.reports = answer.value();
+  } else {
+    evidence_.code = answer.error().code;
+    evidence_.stage = answer.error().stage;
+  }
+}
+
+void JobExecutor::hand_over(const JobRequest& request) noexcept {
+  if (!has_evidence_ || parts_.evidence == nullptr || request.kind != JobKind::Register) return;
+  const std::uint16_t options = request.command.options;
+  const bool rejected = evidence_.result.code != Code::ObjectFound;
+  const bool on_reject = parts_.snapshot_on_reject || (options & kOptionSnapshotOnReject) != 0;
+  if ((options & kOptionSnapshotAlways) != 0 || (rejected && on_reject)) {
+    parts_.evidence->put(evidence_);
+  }
+}
+
+void JobExecutor::run_save(const JobRequest& request, JobOutcome& outcome) noexcept {
+  outcome.result.code = Code::BadParameter;
+  if (!has_evidence_ || parts_.evidence == nullptr) return;
+  const auto command = static_cast<PlcCommandCode>(request.command.code);
+  if (command == PlcCommandCode::GraspGood) evidence_.label = GraspLabel::Good;
+  if (command == PlcCommandCode::GraspBad) evidence_.label = GraspLabel::Bad;
+  // The one before may still be under way to the disk.
+  while (!parts_.evidence->put(evidence_)) {
+    const std::int64_t now_us = clock_.now_us();
+    if (now_us >= request.deadline_us ||
+        parts_.exchange->cancel_of(request.number).load(std::memory_order_acquire)) {
+      outcome.result.code = Code::Busy;
+      return;
+    }
+    clock_.sleep_until_us(now_us + kSaveLookUs);
+  }
+  outcome.result.code = Code::CaptureDone;
 }
 
 void JobExecutor::run_register(const JobRequest& request, JobOutcome& outcome) noexcept {

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "firmware_app/background.h"
 #include "firmware_app/job.h"
+#include "firmware_app/job_evidence.h"
 #include "firmware_app/job_runner.h"
 #include "firmware_app/settings.h"
 #include "hal/camera.h"
@@ -21,6 +22,8 @@ struct ExecutorParts {
   Background* background = nullptr;
   JobExchange* exchange = nullptr;
   std::atomic<std::uint64_t>* progress = nullptr;  ///< counted up while the thread is alive
+  EvidenceSlot* evidence = nullptr;                ///< nullptr: no snapshots
+  bool snapshot_on_reject = true;
 };
 
 /// Carries one job out: chooses the frame by the trigger's time, runs the pipeline, turns reports
@@ -33,6 +36,8 @@ class JobExecutor {
   /// At a job's boundary. `preset` may be nullptr: jobs then answer PresetMissing.
   void use(ActivePreset* preset) noexcept { preset_ = preset; }
   void execute(const JobRequest& request, JobOutcome& outcome) noexcept;
+  /// After the outcome is published: hands the job over to be saved where that was asked for.
+  void hand_over(const JobRequest& request) noexcept;
 
  private:
   /// Counts each look at the clock as a sign of life: the pipeline looks at every stage boundary.
@@ -59,6 +64,7 @@ class JobExecutor {
   void run_capture(const JobRequest& request, JobOutcome& outcome) noexcept;
   void run_learn(const JobRequest& request, JobOutcome& outcome) noexcept;
   void run_check_empty(const JobRequest& request, JobOutcome& outcome) noexcept;
+  void run_save(const JobRequest& request, JobOutcome& outcome) noexcept;
 
   /// The frame of the job: the last capture, or the chosen one exposed from `not_before_us` on.
   [[nodiscard]] Result<FrameLease> await_frame(const JobRequest& request,
@@ -68,6 +74,8 @@ class JobExecutor {
   [[nodiscard]] JobContext context_of(const JobRequest& request, const DepthFrame& frame) noexcept;
   void note_frame(const JobRequest& request, const DepthFrame& frame, JobOutcome& outcome) noexcept;
   void keep(FrameLease lease) noexcept { last_capture_ = std::move(lease); }
+  void remember(const JobRequest& request, const DepthFrame& frame, const JobContext& context,
+                const Result<RegistrationReports>& answer) noexcept;
 
   ExecutorParts parts_;
   WatchedClock clock_;
@@ -76,6 +84,8 @@ class JobExecutor {
   double max_occupied_share_;
   ActivePreset* preset_ = nullptr;
   FrameLease last_capture_;
+  bool has_evidence_ = false;  // of the last registration, whose frame is last_capture_
+  JobEvidence evidence_;
   std::int64_t frame_at_us_ = 0;  // when the job's frame was in hand
   std::int64_t mid_exposure_us_ = 0;
 };

@@ -27,7 +27,8 @@ class JobRunner {
 struct ActivePreset {
   JobProfile profile;
   std::unique_ptr<JobRunner> runner;
-  std::size_t half = 0;  ///< of the reserved block it lives in
+  std::size_t half = 0;      ///< of the reserved block it lives in
+  std::uint32_t origin = 0;  ///< FilePresetSource::origin() of it; 0: unknown
 };
 
 }  // namespace grapnel

@@ -7,6 +7,7 @@
 
 #include "base/arena.h"
 #include "firmware_app/background.h"
+#include "firmware_app/job_evidence.h"
 #include "firmware_app/preset_source.h"
 #include "firmware_app/realtime.h"
 #include "hal/frame_pool.h"
@@ -14,8 +15,9 @@
 namespace grapnel {
 namespace {
 
-// Threads with a stack of Thread's size: registration, field bus, config, camera.
-constexpr std::size_t kThreads = 4;
+// Threads with a stack of Thread's size: registration, field bus, config, camera,
+// snapshots.
+constexpr std::size_t kThreads = 5;
 
 void print_items(const std::vector<MemoryItem>& items) {
   for (const MemoryItem& item : items) {
@@ -76,6 +78,14 @@ std::size_t background_bytes(const Settings& settings) {
   return arena.used_bytes();
 }
 
+std::size_t evidence_bytes(const Settings& settings) {
+  Arena arena;
+  EvidenceSlot slot;
+  slot.reserve(arena, settings.capture.max_width, settings.capture.max_height,
+               settings.capture.color);
+  return arena.used_bytes();
+}
+
 std::vector<MemoryItem> fixed_memory_plan(const Settings& settings) {
   const CaptureSettings& capture = settings.capture;
   const FramePool pool(static_cast<std::size_t>(capture.pool_frames), capture.max_width,
@@ -83,6 +93,7 @@ std::vector<MemoryItem> fixed_memory_plan(const Settings& settings) {
   return {{"block of two presets", 2 * settings.preset_budget_bytes()},
           {"frame pool", pool.bytes()},
           {"taught background", background_bytes(settings)},
+          {"job to be saved", evidence_bytes(settings)},
           {"stacks", kThreads * Thread::kStackBytes}};
 }
 

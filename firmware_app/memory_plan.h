@@ -15,6 +15,9 @@ namespace grapnel {
 /// Bytes of the background's images for these settings.
 [[nodiscard]] std::size_t background_bytes(const Settings& settings);
 
+/// Bytes of the images of one job on its way to a snapshot.
+[[nodiscard]] std::size_t evidence_bytes(const Settings& settings);
+
 [[nodiscard]] std::size_t total_bytes(const std::vector<MemoryItem>& items);
 
 /// Checks grapnel.toml's presets and prints the memory plan on stdout, one line a problem on

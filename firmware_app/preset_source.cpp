@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/file.h"
 #include "pipeline/registrar.h"
 
 namespace grapnel {
@@ -61,6 +62,17 @@ Pose grasp_from_pick_of(const Preset& preset) {
   if (!offset_m.empty()) pose.translation() = Vec3d(offset_m[0], offset_m[1], offset_m[2]);
   if (preset.flip_z) pose.linear() = Vec3d(1.0, -1.0, -1.0).asDiagonal();
   return pose;
+}
+
+PresetOrigin origin_of(const Preset& preset, const Settings& settings) {
+  PresetOrigin origin;
+  origin.file = preset.file.filename().string();
+  const std::vector<std::byte> text = read_file(preset.file, kMaxConfigBytes);
+  origin.text.assign(reinterpret_cast<const char*>(text.data()), text.size());
+  origin.overrides = settings.roi.overrides;
+  origin.models_folder = settings.models_folder().string();
+  for (const Model& model : preset.models) origin.models.push_back({model.name, model.hash});
+  return origin;
 }
 
 }  // namespace
@@ -124,6 +136,7 @@ std::unique_ptr<ActivePreset> FilePresetSource::load(const Settings& settings, s
   check_budget(preset, required_bytes_of(preset), memory.size());
   auto active = std::make_unique<ActivePreset>();
   active->profile = profile_of(preset, settings);
+  active->origin = remember(origin_of(preset, settings));
   check_model_ids(preset, active->profile);
   try {
     active->runner =
@@ -132,6 +145,20 @@ std::unique_ptr<ActivePreset> FilePresetSource::load(const Settings& settings, s
     throw ConfigProblem(Code::PresetInvalid, problem.what());
   }
   return active;
+}
+
+std::uint32_t FilePresetSource::remember(PresetOrigin origin) {
+  const std::lock_guard lock(mutex_);
+  origins_.emplace(++loads_, std::move(origin));
+  if (origins_.size() > kOrigins) origins_.erase(origins_.begin());
+  return loads_;
+}
+
+std::optional<PresetOrigin> FilePresetSource::origin(std::uint32_t number) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = origins_.find(number);
+  if (found == origins_.end()) return std::nullopt;
+  return found->second;
 }
 
 void FilePresetSource::check(const Settings& settings, std::uint16_t number, std::size_t bytes) {

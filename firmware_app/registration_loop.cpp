@@ -32,6 +32,7 @@ bool RegistrationLoop::round() noexcept {
     parts_.crash->set_command_token(request.command.seq);
     parts_.executor->execute(request, exchange.outcome.writable());
     exchange.outcome.publish();
+    parts_.executor->hand_over(request);
     parts_.crash->set_command_token(0);
   }
   exchange.finished.store(request.number, std::memory_order_release);

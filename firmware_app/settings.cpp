@@ -91,6 +91,13 @@ constexpr std::array<Field, 1> kState = {
         "folder", "what is kept between runs; under systemd its state directory"),
 };
 
+constexpr std::array<Field, 2> kSnapshots = {
+    bool_field<&SnapshotSettings::on_reject>("on_reject",
+                                             "keep a snapshot of every job that was rejected"),
+    number_field<&SnapshotSettings::keep>("keep", "", 0, 100000,
+                                          "snapshots kept, the oldest goes first; 0: none"),
+};
+
 void read_section(ConfigReader& root, std::string_view name, FieldTable fields, void* object) {
   const ConfigTable* table = root.take_table(name);
   if (table == nullptr) return;
@@ -169,7 +176,8 @@ std::vector<SettingsSection> settings_sections() {
           {"fieldbus", modbus_fields()},
           {"memory", kMemory},
           {"realtime", kRealtime},
-          {"state", kState}};
+          {"state", kState},
+          {"snapshots", kSnapshots}};
 }
 
 std::filesystem::path Settings::state_folder() const {
@@ -200,6 +208,7 @@ Settings read_settings(const ConfigTable& root, const std::filesystem::path& fil
   read_section(reader, "realtime", kRealtime, &settings.realtime);
   read_section(reader, "memory", kMemory, &settings.memory);
   read_section(reader, "state", kState, &settings.state);
+  read_section(reader, "snapshots", kSnapshots, &settings.snapshots);
   reader.require("camera");
   settings.camera = *reader.take_table("camera");
   ConfigReader(settings.camera).require("driver");

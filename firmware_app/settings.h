@@ -86,6 +86,12 @@ struct StateSettings {
   std::string folder = "state";
 };
 
+/// [snapshots]: jobs kept with all they depended on.
+struct SnapshotSettings {
+  bool on_reject = true;
+  int keep = 50;
+};
+
 /// grapnel.toml, taken apart and checked. Relative paths are already resolved.
 struct Settings {
   std::filesystem::path file;
@@ -99,6 +105,7 @@ struct Settings {
   RealtimeSettings realtime;
   MemorySettings memory;
   StateSettings state;
+  SnapshotSettings snapshots;
   ConfigTable camera;  ///< [camera], for the driver registry; key `driver` is present
   ModbusConfig fieldbus;
 

@@ -57,6 +57,9 @@ std::string needs_restart(const Settings& running, const Settings& wanted) {
   if (!same_fields(fields_of("realtime"), running.realtime, wanted.realtime)) return "realtime";
   if (!same_fields(fields_of("memory"), running.memory, wanted.memory)) return "memory";
   if (!same_fields(fields_of("state"), running.state, wanted.state)) return "state";
+  if (!same_fields(fields_of("snapshots"), running.snapshots, wanted.snapshots)) {
+    return "snapshots";
+  }
   return {};
 }
 

@@ -37,6 +37,7 @@ constexpr std::array kCommands = {
     Command{"import", run_import, "bring a foreign recording into the TUM layout"},
     Command{"plc", run_plc, "a PLC emulator: triggers over Modbus and prints each result"},
     Command{"record", run_record, "record a camera's frames into a folder in the TUM layout"},
+    Command{"replay", run_replay, "run a daemon's snapshot again and compare the answers"},
     Command{"simulate", run_simulate, "render a conveyor scene into a recording with its truth"},
 };
 

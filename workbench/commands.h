@@ -33,6 +33,7 @@ int run_record(std::span<const std::string> args);
 int run_register(std::span<const std::string> args);
 int run_register_many(std::span<const std::string> args);
 int run_reject(std::span<const std::string> args);
+int run_replay(std::span<const std::string> args);
 int run_simulate(std::span<const std::string> args);
 int run_teach(std::span<const std::string> args);
 
