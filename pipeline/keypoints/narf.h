@@ -63,7 +63,9 @@ class NarfDetector final : public KeypointDetector {
   void look(std::size_t level, double nearest_m, double farthest_m) noexcept;
   [[nodiscard]] double interest_of(int u, int v) noexcept;
   [[nodiscard]] double reach_px(const Vec3d& place) const noexcept;
-  void mark_promising() noexcept;
+  [[nodiscard]] int widest_reach_px() const noexcept;
+  template <class Seed>
+  void mark_around(int half, const Seed& is_seed, std::span<std::uint8_t> marks) noexcept;
   void flood(const View& view) noexcept;
   [[nodiscard]] bool scan(const View& view) noexcept;
   void gather(const View& view, std::size_t pixel, int distance_px, Gathered& into) const noexcept;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/neighbours/symmetric3.h"
-
 namespace grapnel {
 
 namespace {
@@ -14,80 +12,24 @@ constexpr std::array<int, 4> kDu = {-1, 1, 0, 0};
 constexpr std::array<int, 4> kDv = {0, 0, -1, 1};
 /// Sides of an obstacle in a pixel's traits while they are classified.
 constexpr unsigned kFirstSide = 4;
-
-constexpr int kMaxPlaneRadius = 4;
-constexpr std::size_t kMaxPatch =
-    static_cast<std::size_t>((2 * kMaxPlaneRadius + 1) * (2 * kMaxPlaneRadius + 1));
-
-/// Eigenvector of the largest eigenvalue.
-Vec3d largest_eigenvector(const Symmetric3& m) noexcept {
-  // The largest of m is the smallest of trace·I - m.
-  const double trace = m.xx + m.yy + m.zz;
-  const Symmetric3 rest = {trace - m.xx, -m.xy, -m.xz, trace - m.yy, -m.yz, trace - m.zz};
-  return smallest_eigenvector(rest, eigenvalues_symmetric3(rest));
-}
+constexpr std::size_t kRowSlack = 16;
 
 }  // namespace
 
 void RangeBorders::reserve(Arena& arena, std::size_t max_pixels) {
   reach_m2_ = arena.take<float>(max_pixels);
-  for (std::span<Vec3f>* plane : {&normal_, &mean_, &border_, &direction_}) {
+  for (std::span<float>& plane : normal_) plane = arena.take<float>(max_pixels);
+  for (std::span<Vec3f>* plane : {&mean_, &border_, &direction_}) {
     *plane = arena.take<Vec3f>(max_pixels);
   }
+  code_ = arena.take<float>(max_pixels);
+  // Rows of an image too low for blocks need none.
+  for (std::span<float>& plane : row_) plane = arena.take<float>(max_pixels / 5 + kRowSlack);
   for (std::span<float>& plane : score_) plane = arena.take<float>(max_pixels);
   for (std::span<std::int32_t>& plane : shadow_) plane = arena.take<std::int32_t>(max_pixels);
   before_ = arena.take<float>(max_pixels);
   traits_ = arena.take<std::uint8_t>(max_pixels);
   change_ = arena.take<float>(max_pixels);
-}
-
-/// Plane through the patch's points that lie on the pixel's own surface: nearer than twice the
-/// distance of as many nearest points as half the patch's edge squared holds (9 of 25).
-void RangeBorders::fit_surface(int u, int v) noexcept {
-  const RangeImage& image = *image_;
-  const std::size_t pixel = image.at(u, v);
-  reach_m2_[pixel] = -1.0F;
-  if (!image.valid(pixel)) return;
-  const int radius = std::min(params_.plane_radius_px, kMaxPlaneRadius);
-  const int step = std::max(1, radius / 2);
-  const auto edge = static_cast<std::size_t>(radius / step + 1);
-  const Vec3d own = image.place(pixel);
-  std::array<double, kMaxPatch> squared{};
-  std::array<double, kMaxPatch> ordered{};
-  std::array<Vec3d, kMaxPatch> offset;
-  std::size_t count = 0;
-  for (int v2 = v - radius; v2 <= v + radius; v2 += step) {
-    for (int u2 = u - radius; u2 <= u + radius; u2 += step) {
-      if (!image.valid(u2, v2)) continue;
-      offset[count] = image.place(image.at(u2, v2)) - own;
-      squared[count] = offset[count].squaredNorm();
-      ordered[count] = squared[count];
-      ++count;
-    }
-  }
-  const std::size_t nearest = std::min(count, edge * edge);
-  const auto middle = ordered.begin() + static_cast<std::ptrdiff_t>(nearest - 1);
-  std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(count));
-  Symmetric3 sum;
-  Vec3d mean = Vec3d::Zero();
-  double used = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (squared[i] > 4.0 * *middle) continue;
-    sum.add(offset[i].x(), offset[i].y(), offset[i].z());
-    mean += offset[i];
-    used += 1.0;
-  }
-  if (used < 3.0) return;
-  mean /= used;
-  const Symmetric3 spread = {
-      sum.xx / used - mean.x() * mean.x(), sum.xy / used - mean.x() * mean.y(),
-      sum.xz / used - mean.x() * mean.z(), sum.yy / used - mean.y() * mean.y(),
-      sum.yz / used - mean.y() * mean.z(), sum.zz / used - mean.z() * mean.z()};
-  Vec3d normal = smallest_eigenvector(spread, eigenvalues_symmetric3(spread));
-  if (normal.dot(own) > 0.0) normal = -normal;
-  reach_m2_[pixel] = static_cast<float>(*middle);
-  normal_[pixel] = normal.cast<float>();
-  mean_[pixel] = (own + mean).cast<float>();
 }
 
 /// How far the surface beside a pixel jumps away (positive) or toward the camera (negative), -1…1;
@@ -139,17 +81,29 @@ float RangeBorders::smoothed(std::span<const float> scores, int u, int v) const 
   return static_cast<float>(own + kBonus * mean * (1.0 - std::fabs(own)));
 }
 
+void RangeBorders::score_jumps(std::size_t side, int v) noexcept {
+  const RangeImage& image = *image_;
+  const bool blocks = params_.border_radius_px == 3 && by_blocks(v, 3);
+  if (blocks) {
+    const kernels::JumpPlanes planes{image.range.data(), reach_m2_.data()};
+    const std::ptrdiff_t step = kDu[side] + kDv[side] * std::ptrdiff_t{image.width};
+    each_block(v, [&](std::ptrdiff_t at, int) {
+      kernels::jumps(places(), planes, at, step, before_.data() + at);
+    });
+  }
+  for (int u = 0; u < image.width; ++u) {
+    if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
+    const std::size_t pixel = image.at(u, v);
+    before_[pixel] = reach_m2_[pixel] < 0.0F
+                         ? 0.0F
+                         : distance_change(u, v, kDu[side], kDv[side], params_.border_radius_px);
+  }
+}
+
 void RangeBorders::score_borders() noexcept {
   const RangeImage& image = *image_;
   for (std::size_t side = 0; side < kSides; ++side) {
-    for (int v = 0; v < image.height; ++v) {
-      for (int u = 0; u < image.width; ++u) {
-        const std::size_t pixel = image.at(u, v);
-        before_[pixel] = reach_m2_[pixel] < 0.0F ? 0.0F
-                                                 : distance_change(u, v, kDu[side], kDv[side],
-                                                                   params_.border_radius_px);
-      }
-    }
+    for (int v = 0; v < image.height; ++v) score_jumps(side, v);
     for (int v = 0; v < image.height; ++v) {
       for (int u = 0; u < image.width; ++u) {
         score_[side][image.at(u, v)] = smoothed(before_, u, v);
@@ -252,10 +206,10 @@ Vec3f RangeBorders::border_direction(int u, int v) const noexcept {
   }
   if (du == 0 && dv == 0) return Vec3f::Zero();
   const Vec3d ray((u + du - image.cx) / image.fx, (v + dv - image.cy) / image.fy, 1.0);
-  const Vec3d normal = normal_[pixel].cast<double>();
-  const double slope = normal.dot(ray);
+  const Vec3d across = normal(pixel);
+  const double slope = across.dot(ray);
   if (slope == 0.0) return Vec3f::Zero();
-  const Vec3d beside = ray * (normal.dot(mean_[pixel].cast<double>()) / slope);
+  const Vec3d beside = ray * (across.dot(mean_[pixel].cast<double>()) / slope);
   const Vec3d along = beside - image.place(pixel);
   const double length = along.norm();
   return length > 0.0 ? Vec3f((along / length).cast<float>()) : Vec3f(Vec3f::Zero());
@@ -292,66 +246,18 @@ void RangeBorders::average_directions() noexcept {
   }
 }
 
-/// Change of a pixel that is no border: spread of the normals along the eight beams around it.
-void RangeBorders::measure_change(int u, int v, double min_change) noexcept {
-  const RangeImage& image = *image_;
-  const std::size_t pixel = image.at(u, v);
-  if (reach_m2_[pixel] < 0.0F) return;
-  Symmetric3 sum;
-  Vec3d mean = Vec3d::Zero();
-  double count = 0.0;
-  const Vec3d own = normal_[pixel].cast<double>();
-  for (int beam = 0; beam < 9; ++beam) {
-    if (beam == 4) continue;
-    for (int step = 1; step <= params_.curvature_radius_px; ++step) {
-      const int u2 = u + step * (beam % 3 - 1);
-      const int v2 = v + step * (beam / 3 - 1);
-      if (!image.valid(u2, v2)) continue;
-      const std::size_t other = image.at(u2, v2);
-      if (excluded(other)) break;
-      if (reach_m2_[other] < 0.0F) continue;
-      const Vec3d d = normal_[other].cast<double>() - own;
-      sum.add(d.x(), d.y(), d.z());
-      mean += d;
-      count += 1.0;
-    }
-  }
-  if (count < 3.0) return;
-  mean /= count;
-  const Symmetric3 spread = {
-      sum.xx / count - mean.x() * mean.x(), sum.xy / count - mean.x() * mean.y(),
-      sum.xz / count - mean.x() * mean.z(), sum.yy / count - mean.y() * mean.y(),
-      sum.yz / count - mean.y() * mean.z(), sum.zz / count - mean.z() * mean.z()};
-  const double change = std::sqrt(std::max(0.0, eigenvalues_symmetric3(spread)[2]));
-  change_[pixel] = static_cast<float>(change);
-  if (change >= min_change) direction_[pixel] = largest_eigenvector(spread).cast<float>();
-}
-
 void RangeBorders::extract(const RangeImage& image, const BorderParams& params,
                            double min_change) noexcept {
   image_ = &image;
   params_ = params;
-  for (int v = 0; v < image.height; ++v) {
-    for (int u = 0; u < image.width; ++u) fit_surface(u, v);
-  }
+  fit_surfaces();
   score_borders();
   classify();
   for (int v = 0; v < image.height; ++v) {
     for (int u = 0; u < image.width; ++u) border_[image.at(u, v)] = border_direction(u, v);
   }
   average_directions();
-  for (int v = 0; v < image.height; ++v) {
-    for (int u = 0; u < image.width; ++u) {
-      const std::size_t pixel = image.at(u, v);
-      change_[pixel] = 0.0F;
-      if (excluded(pixel)) continue;
-      if (!direction_[pixel].isZero(0.0F)) {
-        change_[pixel] = 1.0F;
-      } else {
-        measure_change(u, v, min_change);
-      }
-    }
-  }
+  measure_changes(min_change);
 }
 
 }  // namespace grapnel

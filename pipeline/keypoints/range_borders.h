@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "base/arena.h"
+#include "pipeline/kernels/range_rows.h"
 #include "pipeline/keypoints/range_image.h"
+#include "pipeline/stage.h"
 
 namespace grapnel {
 
@@ -17,12 +20,16 @@ struct BorderParams {
   int direction_radius_px = 2;
   int curvature_radius_px = 2;
   double min_probability = 0.8;
+  Engine engine = Engine::Fast;
+  /// 1 for each pixel that is wanted, what surrounds it included; others have no change and no
+  /// border. Empty = every pixel.
+  std::span<const std::uint8_t> wanted = {};
 };
 
 /// Where a range image's surfaces end or bend (Steder et al. 2011, as PCL's
 /// RangeImageBorderExtractor): obstacle borders, the shadow borders behind them, veil points
-/// between the two, and how much and in which direction the surface changes at each pixel. Plain
-/// loops in double.
+/// between the two, and how much and in which direction the surface changes at each pixel. The
+/// reference engine is plain loops in double.
 class RangeBorders {
  public:
   void reserve(Arena& arena, std::size_t max_pixels);
@@ -54,7 +61,31 @@ class RangeBorders {
   static constexpr std::uint8_t kVeil = 4;
   static constexpr std::size_t kSides = 4;  ///< left, right, top, bottom
 
+  /// Planes of scratch for one row of pixels.
+  static constexpr std::size_t kRowPlanes = 13;
+
+  [[nodiscard]] bool wanted(std::size_t pixel) const noexcept {
+    return params_.wanted.empty() || params_.wanted[pixel] != 0;
+  }
+  [[nodiscard]] Vec3d normal(std::size_t pixel) const noexcept {
+    return Vec3f(normal_[0][pixel], normal_[1][pixel], normal_[2][pixel]).cast<double>();
+  }
+  [[nodiscard]] kernels::RangePlanes places() const noexcept;
+  [[nodiscard]] kernels::Spread spread_at(int u) const noexcept;
+  [[nodiscard]] kernels::SymmetricPlanes spread_rows() const noexcept;
+  [[nodiscard]] bool by_blocks(int v, int reach) const noexcept;
+  /// Calls block(index of its first pixel, u) over a row's inner pixels; the last one overlaps the
+  /// one before. Blocks without a wanted pixel are left out.
+  template <class Block>
+  void each_block(int v, const Block& block) const noexcept;
+  void fit_surfaces() noexcept;
+  void fit_row(int v) noexcept;
+  void keep_plane(std::size_t pixel, double reach_m2, const Vec3d& mean,
+                  const Vec3d& normal) noexcept;
   void fit_surface(int u, int v) noexcept;
+  void score_jumps(std::size_t side, int v) noexcept;
+  void measure_changes(double min_change) noexcept;
+  void measure_row(int v, double min_change) noexcept;
   [[nodiscard]] float distance_change(int u, int v, int du, int dv, int radius) const noexcept;
   void score_borders() noexcept;
   [[nodiscard]] float smoothed(std::span<const float> scores, int u, int v) const noexcept;
@@ -68,8 +99,11 @@ class RangeBorders {
 
   const RangeImage* image_ = nullptr;
   BorderParams params_;
-  std::span<float> reach_m2_;       ///< squared distance that is still the same surface; < 0: none
-  std::span<Vec3f> normal_, mean_;  ///< of the local plane
+  std::span<float> reach_m2_;  ///< squared distance that is still the same surface; < 0: none
+  std::array<std::span<float>, 3> normal_;  ///< x, y, z of the local plane's
+  std::span<Vec3f> mean_;                   ///< of the local plane's points
+  std::span<float> code_;                   ///< see kernels::beam_spread
+  std::array<std::span<float>, kRowPlanes> row_;
   std::array<std::span<float>, kSides> score_;
   std::array<std::span<std::int32_t>, kSides> shadow_;
   std::span<float> before_;  ///< scores before smoothing
@@ -78,5 +112,21 @@ class RangeBorders {
   std::span<Vec3f> border_, direction_;
   std::span<float> change_;
 };
+
+template <class Block>
+void RangeBorders::each_block(int v, const Block& block) const noexcept {
+  const int last = image_->width - kernels::kRangeReach - kernels::kRangeBlock;
+  for (int u = kernels::kRangeReach; u < last + kernels::kRangeBlock; u += kernels::kRangeBlock) {
+    const int from = std::min(u, last);
+    const std::size_t at = image_->at(from, v);
+    if (!params_.wanted.empty()) {
+      const auto first = params_.wanted.begin() + static_cast<std::ptrdiff_t>(at);
+      if (std::find(first, first + kernels::kRangeBlock, 1) == first + kernels::kRangeBlock) {
+        continue;
+      }
+    }
+    block(static_cast<std::ptrdiff_t>(at), from);
+  }
+}
 
 }  // namespace grapnel

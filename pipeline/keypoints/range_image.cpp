@@ -15,6 +15,10 @@ constexpr double kViewRadii = 3.0;
 void empty(RangeImage& image) noexcept {
   std::fill_n(image.kind.begin(), image.pixels(), RangeImage::Pixel::Unobserved);
   std::fill_n(image.point.begin(), image.pixels(), -1);
+  std::fill_n(image.x.begin(), image.pixels(), RangeImage::kNowhere_m);
+  for (std::span<float>* plane : {&image.y, &image.z, &image.range}) {
+    std::fill_n(plane->begin(), image.pixels(), 0.0F);
+  }
 }
 
 void set(RangeImage& image, std::size_t pixel, const Vec3f& p, std::int32_t point) noexcept {
@@ -154,6 +158,7 @@ void fill_shadows(RangeImage& image, int max_gap_px) noexcept {
       const std::size_t here = image.at(u, v);
       if (image.kind[here] != Pixel::Point) {
         image.kind[here] = Pixel::Far;
+        image.x[here] = RangeImage::kFar_m;
         continue;
       }
       if (last >= 0 && u - last > 1 && u - last - 1 <= max_gap_px) {
@@ -183,6 +188,8 @@ void halve(const RangeImage& from, RangeImage& to) noexcept {
       const std::size_t pixel = to.at(u, v);
       to.kind[pixel] = RangeImage::Pixel::Unobserved;
       to.point[pixel] = -1;
+      to.x[pixel] = RangeImage::kNowhere_m;
+      to.y[pixel] = to.z[pixel] = to.range[pixel] = 0.0F;
       for (const std::size_t other : {from.at(2 * u, 2 * v), from.at(2 * u, 2 * v + 1),
                                       from.at(2 * u + 1, 2 * v), from.at(2 * u + 1, 2 * v + 1)}) {
         if (from.kind[other] == RangeImage::Pixel::Unobserved) continue;

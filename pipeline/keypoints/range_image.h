@@ -15,11 +15,16 @@ struct RangeImage {
   /// What a pixel holds. Filled: no reading, but the surface behind is known (see fill_shadows).
   enum class Pixel : std::uint8_t { Unobserved, Far, Filled, Point };
 
+  static constexpr float kNowhere_m = 1e15F;
+  static constexpr float kFar_m = 2e15F;
+
   int width = 0;
   int height = 0;
   double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
-  double resolution_rad = 0.0;      ///< angle of a pixel at the middle
-  std::span<float> x, y, z, range;  ///< metres; range is the distance from the camera
+  double resolution_rad = 0.0;  ///< angle of a pixel at the middle
+  /// Metres; range is the distance from the camera. Without coordinates x holds kNowhere_m or,
+  /// where far, kFar_m, the others zero.
+  std::span<float> x, y, z, range;
   std::span<Pixel> kind;
   std::span<std::int32_t> point;  ///< of the surface; -1 for none
 
