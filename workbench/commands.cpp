@@ -35,6 +35,7 @@ constexpr std::array kCommands = {
     Command{"describe-preset", run_describe_preset,
             "print every key of a preset with unit, range, default and help"},
     Command{"import", run_import, "bring a foreign recording into the TUM layout"},
+    Command{"doctor", run_doctor, "look for what keeps the appliance from working"},
     Command{"plc", run_plc, "a PLC emulator: triggers over Modbus and prints each result"},
     Command{"record", run_record, "record a camera's frames into a folder in the TUM layout"},
     Command{"replay", run_replay, "run a daemon's snapshot again and compare the answers"},

@@ -21,6 +21,7 @@ int run_check(std::span<const std::string> args);
 int run_curvature(std::span<const std::string> args);
 int run_describe(std::span<const std::string> args);
 int run_describe_preset(std::span<const std::string> args);
+int run_doctor(std::span<const std::string> args);
 int run_evaluate(std::span<const std::string> args);
 int run_qualify(std::span<const std::string> args);
 int run_filter(std::span<const std::string> args);
