@@ -43,15 +43,16 @@ struct Pixels {
   DepthFrame frame;
 };
 
-/// Every second frame of each dwell of the demo's conveyor at which this model lies there.
+/// Every second frame of each dwell of the demo's conveyor at which this model lies there, at most
+/// `most`.
 void render_model(const Scene& scene, SceneRenderer& renderer, const std::string& model,
-                  std::vector<Pixels>& frames) {
+                  std::size_t most, std::vector<Pixels>& frames) {
   const SceneCamera& camera = scene.camera;
   const auto count =
       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   for (const SceneEvent& event : scene.events) {
     if (event.model != model || event.expected != Expectation::Accept) continue;
-    for (int i = 0; i < scene.belt.dwell_frames; i += 2) {
+    for (int i = 0; i < scene.belt.dwell_frames && frames.size() < most; i += 2) {
       Pixels& pixels = frames.emplace_back();
       pixels.depth.resize(count);
       pixels.color.resize(count);
@@ -97,7 +98,7 @@ void print_simulated() {
       "|---|---|---|---|---|---|\n");
   for (const char* const model : {"sack", "box", "barrel", "carton"}) {
     std::vector<Pixels> frames;
-    render_model(scene, renderer, model, frames);
+    render_model(scene, renderer, model, 100, frames);
     if (frames.empty()) continue;
     print_preset(model, *registrar_of(model), frames);
     const std::string models = std::string("models=[\"") + model + "\"]";
@@ -219,6 +220,16 @@ void print_recorded() {
 }
 
 }  // namespace
+
+bool run_one_frame(const std::string& preset) {
+  const Scene scene = load_scene(kConfig / "scenes" / "demo.toml");
+  SceneRenderer renderer(scene);
+  std::vector<Pixels> frames;
+  render_model(scene, renderer, preset, 1, frames);
+  if (frames.empty()) return false;
+  (void)registrar_of(preset)->run(frames[0].frame, {});
+  return true;
+}
 
 void print_frames() {
   print_simulated();

@@ -1,10 +1,14 @@
 // Prints what every stage takes beside what it must take, and beside PCL on the same input where
 // PCL is installed: grapnel_bench [filters] [keypoints] [features] [registration] [frames] [growth]
+// grapnel_bench frame PRESET runs one frame and prints nothing; see instructions.sh. GRAPNEL_TARGET
+// names another SIMD target.
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <string_view>
 
+#include "pipeline/kernels/target.h"
 #include "tests/bench/groups.h"
 #include "tests/bench/table.h"
 
@@ -24,6 +28,12 @@ constexpr std::array<Group, 6> kGroups = {{{"filters", print_filters},
                                            {"growth", print_growth}}};
 
 int run(int argc, char** argv) {
+  const char* const target = std::getenv("GRAPNEL_TARGET");
+  if (target != nullptr && !kernels::force_target(target)) {
+    std::fprintf(stderr, "GRAPNEL_TARGET: %s is not available here\n", target);
+    return 2;
+  }
+  if (argc == 3 && std::string_view(argv[1]) == "frame") return run_one_frame(argv[2]) ? 0 : 2;
   for (int i = 1; i < argc; ++i) {
     const auto known = [&](const Group& group) { return group.name == argv[i]; };
     if (std::any_of(kGroups.begin(), kGroups.end(), known)) continue;
