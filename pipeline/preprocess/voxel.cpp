@@ -21,6 +21,19 @@ FieldTable voxel_fields() noexcept {
 
 namespace {
 
+/// In blocks without a way out, which the compiler makes vectors of.
+bool all_zero(std::span<const float> values) noexcept {
+  constexpr std::size_t kBlock = 1024;
+  for (std::size_t begin = 0; begin < values.size(); begin += kBlock) {
+    int set = 0;
+    for (const float value : values.subspan(begin, std::min(kBlock, values.size() - begin))) {
+      set |= value != 0.0F ? 1 : 0;
+    }
+    if (set != 0) return false;
+  }
+  return true;
+}
+
 /// Points a cell, in the mean, that make a cloud dense.
 constexpr std::size_t kDense = 2;
 
@@ -69,10 +82,7 @@ double VoxelGrid::leaf_for(const Surface& surface, std::size_t max_points) noexc
 
 /// One value of each cell; what a cloud does not have (all zero) needs no mean.
 void VoxelGrid::average(std::size_t size, std::size_t cells, std::span<float> plane) noexcept {
-  if (std::all_of(plane.begin(), plane.begin() + static_cast<std::ptrdiff_t>(size),
-                  [](float value) { return value == 0.0F; })) {
-    return;
-  }
+  if (all_zero(plane.first(size))) return;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     double sum = 0.0;
     for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
