@@ -3,10 +3,13 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 #include "base/cloud_file.h"
+#include "pipeline/preprocess/crop.h"
 #include "pipeline/preprocess/radius_outliers.h"
 #include "pipeline/preprocess/statistical_outliers.h"
+#include "pipeline/preprocess/voxel.h"
 #include "pipeline/preprocess/z_median.h"
 #include "tests/pipeline/support/surfaces.h"
 #include "tests/support/recorded_data.h"
@@ -57,6 +60,24 @@ TEST_F(PclFilters, RadiusOutlierRemovalKeeps307) {
   Reserved<RadiusOutliers> r(params, test::small_limits());
   ASSERT_TRUE(r.filter.apply(*surface).ok());
   EXPECT_EQ(surface->size, 307U);
+}
+
+// VoxelGrid with filter limits of z, 0.05 to 0.1, then the same negated.
+TEST_F(PclFilters, VoxelsBetweenTwoHeightsAre14AndOutsideOfThem100) {
+  const CloudData cloud = load("bun0.pcd");
+  if (cloud.size() == 0) GTEST_SKIP() << test::kNoRecordedData;
+  for (const auto& [inside, cells] : {std::pair{true, 14U}, std::pair{false, 100U}}) {
+    test::OwnedSurface surface = test::surface_of(cloud);
+    CropParams limits;
+    limits.min_z_m = 0.05;
+    limits.max_z_m = 0.1;
+    limits.inside = inside;
+    Reserved<Crop> crop(limits, test::small_limits());
+    Reserved<VoxelGrid> voxels(VoxelParams{0.02, 6000}, test::small_limits());
+    ASSERT_TRUE(crop.filter.apply(*surface).ok());
+    ASSERT_TRUE(voxels.filter.apply(*surface).ok());
+    EXPECT_EQ(surface->size, cells);
+  }
 }
 
 TEST_F(PclFilters, MedianOfSevenPixelsOnARecordedFrame) {
