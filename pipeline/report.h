@@ -19,6 +19,7 @@ enum class Check : std::uint8_t {
   Hole,
   Deviation,
   Unknown,
+  Outside,
   Unexplained,
   Explained,
   OutlineKnown,
@@ -28,6 +29,7 @@ enum class Check : std::uint8_t {
   Margin,
   Shift,
   Turn,
+  BeltKnown,
   BeltDistance,
   Support,
   kCount

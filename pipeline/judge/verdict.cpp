@@ -30,6 +30,8 @@ FieldTable verdict_fields() noexcept {
           "largest piece seen through; 0 = a five-hundredth of the squared diameter"),
       number_field<&P::max_unknown>("max_unknown", "", 0.0, 1.0,
                                     "share of the visible model without reading"),
+      number_field<&P::max_outside>("max_outside", "", 0.0, 1.0,
+                                    "share of the visible model beyond the image's ends"),
       number_field<&P::max_unexplained>("max_unexplained", "", 0.0, 10.0,
                                         "object's surface the model leaves over"),
       number_field<&P::min_explained>("min_explained", "", 0.0, 1.0,
@@ -85,6 +87,7 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   }
   checks.at_most(Check::Deviation, evidence.rmse_m, params.max_rmse_ratio * findings.tolerance_m);
   checks.at_most(Check::Unknown, evidence.unknown, params.max_unknown);
+  checks.at_most(Check::Outside, findings.outside, params.max_outside);
   checks.at_most(Check::Unexplained, evidence.unexplained, params.max_unexplained);
   checks.at_least(Check::Explained, evidence.explained, params.min_explained, 1.0);
   checks.at_least(Check::OutlineKnown, evidence.edge_known, params.min_edge_known, 1.0);
@@ -102,7 +105,9 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
     checks.record(Check::BeltDistance, std::fabs(findings.resting.lowest_m));
     checks.record(Check::Support, findings.resting.support_m);
   }
-  if (params.max_belt_distance_m > 0.0 && findings.has_belt) {
+  if (params.max_belt_distance_m > 0.0 && !findings.has_belt) {
+    checks.at_least(Check::BeltKnown, 0.0, 1.0, 1.0);
+  } else if (params.max_belt_distance_m > 0.0) {
     checks.at_most(Check::BeltDistance, std::fabs(findings.resting.lowest_m),
                    params.max_belt_distance_m);
     checks.at_least(Check::Support, findings.resting.support_m, 0.0, 0.05 * findings.diameter_m);

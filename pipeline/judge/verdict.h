@@ -16,6 +16,7 @@ struct VerdictParams {
   double max_seen_through = 0.03;
   double max_hole_m2 = 0.0;  ///< 0 = auto: a five-hundredth of the squared diameter
   double max_unknown = 0.25;
+  double max_outside = 0.3;  ///< of the visible model, beyond the image's ends
   double max_unexplained = 0.15;
   double min_explained = 0.0;  ///< of the whole measured object
   double min_edge = 0.60;
@@ -38,6 +39,7 @@ struct Findings {
   double sigma_rad = 0.0;
   double diameter_m = 0.0;
   double tolerance_m = 0.0;  ///< of a match, at the object's distance
+  double outside = 0.0;      ///< share of the visible model beyond the image's ends
   bool has_belt = false;
   Resting resting;  ///< on the belt
 };

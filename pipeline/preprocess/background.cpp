@@ -105,6 +105,10 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
   }
   if (method == BackgroundMethod::Image && covers(belt, work)) {
     remove_image(work, belt);
+    if (belt.has_plane) {
+      report.planes[report.plane_count++] =
+          depth_plane(belt.plane_normal, belt.plane_offset_m, work.intrinsics);
+    }
     report.used = method;
   } else if (method == BackgroundMethod::Plane && belt.has_plane) {
     report.planes[report.plane_count++] =

@@ -36,7 +36,7 @@ struct BackgroundReport {
   BackgroundMethod used = BackgroundMethod::Off;  ///< Off: nothing was known or found
   std::size_t foreground = 0;                     ///< pixels left
   std::size_t removed = 0;
-  std::array<DepthPlane, 4> planes{};  ///< of methods Plane and Dominant
+  std::array<DepthPlane, 4> planes{};  ///< the belt's first, where one is known
   std::size_t plane_count = 0;
 };
 

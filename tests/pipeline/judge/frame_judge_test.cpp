@@ -293,6 +293,7 @@ TEST(Verdict, NamesEveryFailingCheckWithItsFigures) {
       {[](Findings& f) { f.evidence.hole_area_m2 = 0.01; }, Check::Hole, Code::FreeSpaceViolated},
       {[](Findings& f) { f.evidence.rmse_m = 0.0039; }, Check::Deviation, Code::RefinementDiverged},
       {[](Findings& f) { f.evidence.unknown = 0.4; }, Check::Unknown, Code::TooMuchUnknown},
+      {[](Findings& f) { f.outside = 0.4; }, Check::Outside, Code::TooMuchUnknown},
       {[](Findings& f) { f.evidence.unexplained = 0.5; }, Check::Unexplained,
        Code::UnexplainedForeground},
       {[](Findings& f) { f.evidence.edge = 0.3; }, Check::Outline, Code::ContourDisagrees},
@@ -330,6 +331,15 @@ TEST(Verdict, OneFlatFaceIsBelievedOnlyWithItsOutlineProven) {
   findings.evidence.second_face = 0.3;
   pass_verdict(findings, {}, report);
   EXPECT_TRUE(report.accepted);
+}
+
+TEST(Verdict, WithoutAKnownBeltNoPartIsBelievedToLieOnIt) {
+  VerdictParams params;
+  params.max_belt_distance_m = 0.015;
+  RegistrationReport report;
+  pass_verdict(good_findings(), params, report);
+  ASSERT_EQ(report.reasons.size(), 1U);
+  EXPECT_EQ(report.reasons[0].check, Check::BeltKnown);
 }
 
 TEST(Verdict, APartOnTheBeltMustTouchItAndStand) {
