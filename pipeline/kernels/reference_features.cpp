@@ -101,8 +101,8 @@ void spin_votes(const OrientedPlanes& points, const SpinFrame& f,
   }
 }
 
-void add_weighted_row(const float* row, std::span<const std::int32_t> targets,
-                      const float* weights, std::size_t stride, float* matrix) noexcept {
+void add_weighted_row(const float* row, std::span<const std::int32_t> targets, const float* weights,
+                      std::size_t stride, float* matrix) noexcept {
   for (std::size_t i = 0; i < targets.size(); ++i) {
     float* to = matrix + static_cast<std::size_t>(targets[i]) * stride;
     for (std::size_t k = 0; k < kWeightedLength; ++k) to[k] += weights[i] * row[k];
