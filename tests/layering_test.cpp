@@ -68,10 +68,9 @@ TEST(Layering, FoldersIncludeOnlyWhatTheArrowsAllow) {
 TEST(Layering, TheWorkbenchTakesOfTheDaemonOnlyWhatReadsItsFiles) {
   for (const Include& include : includes_of("workbench")) {
     if (!include.ours || first_part(include.name) != "firmware_app") continue;
-    EXPECT_TRUE(include.name == "firmware_app/settings.h" ||
-                include.name == "firmware_app/memory_plan.h" ||
-                include.name == "firmware_app/preset_source.h" ||
-                include.name == "firmware_app/snapshot.h")
+    EXPECT_TRUE(
+        include.name == "firmware_app/settings.h" || include.name == "firmware_app/memory_plan.h" ||
+        include.name == "firmware_app/preset_source.h" || include.name == "firmware_app/snapshot.h")
         << include.file << " includes " << include.name;
   }
 }

@@ -135,7 +135,8 @@ TEST_F(ControllerTest, ResultStaysLatchedWhateverHappensButACommand) {
   exchange_->health.publish(health_);
   EXPECT_EQ(status().result_no, number);
   EXPECT_EQ(result().code, Code::BelowFitness);
-  EXPECT_EQ(send(static_cast<PlcCommandCode>(53)), Code::UnknownCommand);  // refused: changes nothing
+  EXPECT_EQ(send(static_cast<PlcCommandCode>(53)),
+            Code::UnknownCommand);  // refused: changes nothing
   EXPECT_EQ(status().result_no, number);
   EXPECT_EQ(send(PlcCommandCode::ClearResult), Code::Accepted);
   EXPECT_EQ(status().result_no, 0U);
