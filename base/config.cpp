@@ -10,6 +10,8 @@
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
+#include "base/config_text.h"
+
 namespace grapnel {
 namespace {
 
@@ -28,8 +30,8 @@ ConfigValue convert_value(const toml::node& node, const std::string& file, const
   ConfigValue value;
   value.line = static_cast<int>(node.source().begin.line);
   if (depth > kMaxDepth) {
-    throw InputError(where(file, value.line) + ": " + path + ": nested deeper than " +
-                     std::to_string(kMaxDepth) + " levels");
+    throw InputError(one_line(where(file, value.line) + ": " + path + ": nested deeper than " +
+                              std::to_string(kMaxDepth) + " levels"));
   }
   if (const auto* boolean = node.as_boolean()) {
     value.data = boolean->get();
@@ -57,7 +59,8 @@ ConfigValue convert_value(const toml::node& node, const std::string& file, const
       value.data = std::move(list);
     }
   } else {
-    throw InputError(where(file, value.line) + ": " + path + ": dates and times have no use here");
+    throw InputError(
+        one_line(where(file, value.line) + ": " + path + ": dates and times have no use here"));
   }
   return value;
 }
@@ -81,8 +84,8 @@ ConfigTable parse(std::string_view text, const std::string& file_name) {
   try {
     return convert(toml::parse(text, file_name), file_name, "", 0);
   } catch (const toml::parse_error& error) {
-    throw InputError(where(file_name, static_cast<int>(error.source().begin.line)) +
-                     ": not valid TOML: " + std::string(error.description()));
+    throw InputError(one_line(where(file_name, static_cast<int>(error.source().begin.line)) +
+                              ": not valid TOML: " + std::string(error.description())));
   }
 }
 
@@ -134,6 +137,9 @@ ConfigTable parse_config(std::string_view text, const std::string& file_name) {
 }
 
 void apply_override(ConfigTable& root, std::string_view assignment) {
+  if (assignment.find_first_of("\r\n") != std::string_view::npos) {
+    throw InputError("--set: a line break is not allowed; key=value in one line is");
+  }
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos || equals == 0) {
     throw InputError("--set " + std::string(assignment) + ": expected key=value");

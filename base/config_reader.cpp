@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "base/config.h"
+#include "base/config_text.h"
 
 namespace grapnel {
 namespace {
@@ -83,7 +84,7 @@ InputError ConfigReader::problem(std::string_view key, std::string_view text) co
   if (!key.empty()) path.append(path.empty() ? "" : ".").append(key);
   const std::string place =
       value != nullptr && value->line == 0 ? "command line" : where(table_->file(), line);
-  return InputError(place + ": " + (path.empty() ? "" : path + ": ") + std::string(text));
+  return InputError(one_line(place + ": " + (path.empty() ? "" : path + ": ") + std::string(text)));
 }
 
 const ConfigValue* ConfigReader::take(std::string_view key) {

@@ -1,5 +1,6 @@
 #include "base/config_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -75,6 +76,13 @@ std::string inline_table(const ConfigTable& table) {
 }
 
 }  // namespace
+
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
 
 std::string config_text(const ConfigTable& table) {
   std::string out;

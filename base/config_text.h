@@ -10,4 +10,8 @@ namespace grapnel {
 /// back as the same keys and values.
 [[nodiscard]] std::string config_text(const ConfigTable& table);
 
+/// Control characters become spaces: keys and values may hold line breaks, a message about them is
+/// one line all the same.
+[[nodiscard]] std::string one_line(std::string text);
+
 }  // namespace grapnel

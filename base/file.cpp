@@ -52,7 +52,8 @@ void sync_folder(const std::filesystem::path& file) {
 }  // namespace
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::uintmax_t max_bytes) {
-  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  // Without O_NONBLOCK opening a pipe would wait for its writer.
+  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (fd.get() < 0) throw problem(file, "can't be opened", errno);
   struct stat info {};
   if (::fstat(fd.get(), &info) != 0) throw problem(file, "can't be read", errno);

@@ -207,6 +207,23 @@ TEST(ConfigOverride, ReplacesAndAddsValuesInTheFilesOwnSyntax) {
   EXPECT_THROW(apply_override(table, "=3"), InputError);
 }
 
+TEST(ConfigOverride, IsOneLine) {
+  ConfigTable root = parse_config("", "f.toml");
+  EXPECT_THROW(apply_override(root, "a = 1\nb = 2"), InputError);
+  EXPECT_TRUE(root.entries().empty());
+}
+
+TEST(Config, AMessageIsOneLineWhateverTheKeysHold) {
+  const ConfigTable root = parse_config("\"a\\nb\" = 1\n", "f.toml");
+  ConfigReader reader(root);
+  try {
+    reader.finish();
+    FAIL() << "an unknown key passed";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+  }
+}
+
 TEST(ConfigOverride, IsNamedAsTheCommandLineWhenItIsWrong) {
   ConfigTable table = parse_config("count = 3\n", "p.toml");
   apply_override(table, "count=900");

@@ -1,6 +1,7 @@
 #include "base/file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <filesystem>
@@ -45,6 +46,12 @@ TEST(File, RefusesFoldersAbsentFilesAndTooLargeOnes) {
   EXPECT_THROW((void)read_file("/dev/null", 100), InputError);
   EXPECT_EQ(read_file(folder / "f", 5).size(), 5u);
   EXPECT_THROW((void)read_file(folder / "f", 4), InputError);
+}
+
+TEST(File, DoesNotWaitForTheWriterOfAPipe) {
+  const test::TempFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THROW((void)read_file(folder / "pipe", 100), InputError);
 }
 
 TEST(File, IsNeverSeenHalfWritten) {

@@ -8,10 +8,12 @@
 #include "base/assert.h"
 #include "base/cloud_file.h"
 #include "base/config.h"
+#include "base/config_text.h"
 #include "base/input_error.h"
 #include "drivers/replay/camera_file.h"
 #include "drivers/replay/image_file.h"
 #include "drivers/replay/recording_index.h"
+#include "firmware_app/settings.h"
 
 namespace grapnel::test {
 namespace {
@@ -55,6 +57,25 @@ void run_cloud_file(std::span<const std::uint8_t> data) {
     for (const auto& triangle : mesh.triangles) {
       for (const std::uint32_t corner : triangle) GRAPNEL_ASSERT(corner < mesh.vertices.size());
     }
+  });
+}
+
+void run_config_file(std::span<const std::uint8_t> data) {
+  const std::string_view text = text_of(data);
+  refuse_or([&] {
+    const ConfigTable root = parse_config(text, "fuzz");
+    bool same = false;
+    try {
+      same = parse_config(config_text(root), "again").entries().size() == root.entries().size();
+    } catch (const InputError&) {
+      same = false;
+    }
+    GRAPNEL_ASSERT(same);
+  });
+  refuse_or([&] { (void)read_settings(parse_config(text, "fuzz"), "fuzz", "/"); });
+  refuse_or([&] {
+    ConfigTable root;
+    apply_override(root, text);
   });
 }
 

@@ -112,6 +112,13 @@ TEST(DamagedFiles, CloudsAndMeshesAreReadOrRefused) {
   damage_and_run(seeds, &run_cloud_file);
 }
 
+TEST(DamagedFiles, ConfigurationsAreReadOrRefused) {
+  const std::filesystem::path shipped = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "config";
+  damage_and_run({bytes_of_file(shipped / "grapnel.toml"),
+                  bytes_of("a = {b = [1, 2.5, \"x\\n\"], c.d = true}\n[[e]]\nf = -1e9\n")},
+                 &run_config_file);
+}
+
 TEST(DamagedFiles, CameraFilesAreReadOrRefused) {
   CameraFile camera;
   camera.width = 640;
