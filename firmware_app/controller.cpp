@@ -167,6 +167,7 @@ Controller::Decision Controller::judge_parameters(const PlcCommand& command) con
 void Controller::execute(const PlcCommand& command) noexcept {
   const auto code = static_cast<PlcCommandCode>(command.code);
   const std::int64_t now_us = command.accepted_us;
+  arm_decided_ = arm_decided_ || code == PlcCommandCode::Arm || code == PlcCommandCode::Stop;
   if (busy() && (code == PlcCommandCode::Stop || code == PlcCommandCode::Abort)) {
     finish_early(Code::Aborted);
     if (code == PlcCommandCode::Stop) armed_ = false;

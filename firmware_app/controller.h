@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "firmware_app/encoder_track.h"
 #include "firmware_app/job.h"
 #include "hal/frame_pool.h"
 #include "hal/plc.h"
@@ -33,6 +34,9 @@ class Controller final : public PlcCommandSink {
 
   Code on_command(const PlcCommand& command) noexcept override;
   void on_heartbeat_lost(bool lost) noexcept override;
+  void on_encoder(std::uint32_t count, std::int64_t now_us) noexcept override {
+    encoder_.add(count, now_us);
+  }
   void on_control_lost() noexcept override;
   void read_status(PlcStatus& status) noexcept override;
   void read_result(PlcResult& result) noexcept override;
@@ -82,6 +86,7 @@ class Controller final : public PlcCommandSink {
 
   bool armed_ = false;
   bool was_started_ = false;
+  bool arm_decided_ = false;  ///< the PLC armed or stopped before the device was up: that stands
   bool heartbeat_lost_ = false;
   bool heartbeat_latched_ = false;  ///< was lost, and nobody has armed since
   bool overrun_ = false;
@@ -93,6 +98,7 @@ class Controller final : public PlcCommandSink {
   JobRequest job_;
   ConfigRequest config_request_;
   bool has_capture_ = false;
+  EncoderTrack encoder_;
   Code config_notice_ = Code::Ok;  ///< 50xx of the last config wish, until one succeeds
   std::uint16_t config_notice_detail_ = 0;
 

@@ -19,7 +19,7 @@ void Controller::advance() noexcept {
   exchange_->health.update();
   if (exchange_->health.get().started && !was_started_) {
     was_started_ = true;
-    armed_ = setup_.auto_arm && fault_ == Code::Ok;
+    if (!arm_decided_) armed_ = setup_.auto_arm && fault_ == Code::Ok && !heartbeat_latched_;
   }
   exchange_->config.state.update();
   const bool awaits_config = pending_ == Pending::Config || pending_ == Pending::SwitchThenJob;
@@ -40,7 +40,11 @@ void Controller::advance() noexcept {
   pending_ = Pending::Nothing;
   counters_.stage_us = outcome.stage_us;
   counters_.worst_job_us = std::max(counters_.worst_job_us, outcome.result.total_us);
-  publish(outcome.result);
+  PlcResult result = outcome.result;
+  if (outcome.has_frame) {
+    result.enc_capture = encoder_.at(outcome.exposure_us).value_or(result.enc_capture);
+  }
+  publish(result);
 }
 
 void Controller::on_config_answer() noexcept {

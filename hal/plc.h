@@ -193,6 +193,11 @@ class PlcCommandSink {
   virtual Code on_command(const PlcCommand& command) noexcept = 0;
   /// The PLC's heartbeat stopped (true) or came back (false).
   virtual void on_heartbeat_lost(bool lost) noexcept = 0;
+  /// The PLC wrote ENC_TRIGGER alone, without a new token: a live encoder count at `now_us`.
+  virtual void on_encoder(std::uint32_t count, std::int64_t now_us) noexcept {
+    (void)count;
+    (void)now_us;
+  }
   /// The connection that owned the command block died or gave it up.
   virtual void on_control_lost() noexcept = 0;
   /// Newest status and newest latched result; called between requests. Both whole, never torn.

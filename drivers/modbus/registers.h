@@ -46,7 +46,7 @@ inline constexpr std::uint16_t kOptions = 5;
 inline constexpr std::uint16_t kTimeoutMs = 6;
 /// format of the poses, 1 to 7; 0 = preset value
 inline constexpr std::uint16_t kPoseFormat = 7;
-/// encoder count that the PLC latched with the part sensor
+/// encoder count latched with the part sensor; between commands the live count
 inline constexpr std::uint16_t kEncTrigger = 8;
 /// opaque; echoed in result, log and snapshot name
 inline constexpr std::uint16_t kPartTag = 10;
@@ -107,7 +107,7 @@ inline constexpr std::uint16_t kNFound = 122;
 inline constexpr std::uint16_t kNReported = 123;
 /// sensor frame used
 inline constexpr std::uint16_t kFrameId = 124;
-/// encoder count at mid-exposure
+/// encoder count at mid-exposure where the PLC streams the live count, else ENC_TRIGGER
 inline constexpr std::uint16_t kEncCapture = 126;
 /// command accepted to mid-exposure of the frame used
 inline constexpr std::uint16_t kCaptureDelayUs = 128;

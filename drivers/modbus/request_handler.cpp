@@ -70,7 +70,7 @@ std::size_t RequestHandler::serve(const PduRequest& request, std::span<const std
     return write_then_read(request, adu, out, now_us);
   }
   const std::size_t length = engine_.answer(adu, out);
-  if (request.writes()) after_write(now_us);
+  if (request.writes()) after_write(request, now_us);
   return length;
 }
 
@@ -90,7 +90,7 @@ std::size_t RequestHandler::write_then_read(const PduRequest& request,
   pdu[5] = static_cast<std::uint8_t>(request.write_data.size());
   std::copy(request.write_data.begin(), request.write_data.end(), pdu.begin() + 6);
   if (engine_.answer(std::span(half).first(kMbapLength + write_pdu), out) == 0) return 0;
-  after_write(now_us);
+  after_write(request, now_us);
   refresh(now_us);
   put_head(adu, 5, half);
   pdu[0] = static_cast<std::uint8_t>(ModbusFunction::ReadHolding);
@@ -120,8 +120,11 @@ std::size_t RequestHandler::refuse(std::span<const std::uint8_t> adu, ModbusExce
   return kMbapLength + 2;
 }
 
-void RequestHandler::after_write(std::int64_t now_us) noexcept {
-  if (!command_block_.after_write(now_us)) return;
+void RequestHandler::after_write(const PduRequest& request, std::int64_t now_us) noexcept {
+  constexpr unsigned kEncoder = registers::command::kEncTrigger;
+  const unsigned end = unsigned{request.write_first} + request.write_count;
+  const bool encoder_written = request.write_first <= kEncoder && end >= kEncoder + 2;
+  if (!command_block_.after_write(now_us, encoder_written)) return;
   const std::uint32_t clients = counters_.clients;
   counters_ = FieldBusCounters{};
   counters_.clients = clients;

@@ -53,7 +53,7 @@ class RequestHandler {
   std::size_t identify(std::span<const std::uint8_t> adu, std::span<std::uint8_t> out) noexcept;
   std::size_t refuse(std::span<const std::uint8_t> adu, ModbusException exception,
                      std::span<std::uint8_t> out) noexcept;
-  void after_write(std::int64_t now_us) noexcept;
+  void after_write(const PduRequest& request, std::int64_t now_us) noexcept;
 
   RegisterImage image_;
   DeviceIdentity identity_;

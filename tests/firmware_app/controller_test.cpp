@@ -50,11 +50,13 @@ class ControllerTest : public ::testing::Test {
   /// What the registration thread would find; false when no new job was handed over.
   bool take_job() { return exchange_->job.request.update(); }
   const JobRequest& job() { return exchange_->job.request.get(); }
-  void finish_job(Code code, bool accepted = false) {
+  void finish_job(Code code, bool accepted = false, std::int64_t exposure_us = 0) {
     JobOutcome outcome;
     outcome.number = job().number;
     outcome.has_frame = true;
+    outcome.exposure_us = exposure_us;
     outcome.result.cmd_seq = job().command.seq;
+    outcome.result.enc_capture = job().command.enc_trigger;
     outcome.result.code = code;
     if (accepted) {
       PlcObject object;
@@ -99,6 +101,52 @@ TEST_F(ControllerTest, StaysInBootUntilEveryPartIsUp) {
   EXPECT_EQ(status().state, PlcState::Boot);
   EXPECT_FALSE(flag(kFlagReady));
   EXPECT_EQ(send(PlcCommandCode::Register), Code::NotArmed);
+}
+
+TEST_F(ControllerTest, WhatThePlcSaysOfArmingDuringBootStands) {
+  for (const PlcCommandCode code : {PlcCommandCode::Arm, PlcCommandCode::Stop}) {
+    // Each against what the configuration would do by itself.
+    build({.boot_id = 77, .auto_arm = code == PlcCommandCode::Stop});
+    health_.started = false;
+    exchange_->health.publish(health_);
+    EXPECT_EQ(send(code), Code::Accepted);
+    health_.started = true;
+    exchange_->health.publish(health_);
+    EXPECT_EQ(flag(kFlagReady), code == PlcCommandCode::Arm);
+  }
+}
+
+TEST_F(ControllerTest, DoesNotArmItselfOverAHeartbeatLostDuringBoot) {
+  health_.started = false;
+  exchange_->health.publish(health_);
+  controller_->on_heartbeat_lost(true);
+  health_.started = true;
+  exchange_->health.publish(health_);
+  EXPECT_FALSE(flag(kFlagReady));
+  controller_->on_heartbeat_lost(false);
+  EXPECT_FALSE(flag(kFlagReady));
+  EXPECT_EQ(send(PlcCommandCode::Arm), Code::Accepted);
+  EXPECT_TRUE(flag(kFlagReady));
+}
+
+TEST_F(ControllerTest, ReadsTheStreamedEncoderAtMidExposure) {
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    controller_->on_encoder(1000 + 100 * i, kStartUs + 20'000 * i);
+  }
+  send(PlcCommandCode::Register, {.enc_trigger = 7});
+  ASSERT_TRUE(take_job());
+  finish_job(Code::ObjectFound, true, kStartUs + 50'000);
+  status();
+  EXPECT_EQ(result().enc_capture, 1250U);  // 100 counts in 20 ms, half of the way
+}
+
+TEST_F(ControllerTest, GivesTheTriggersCountWhereNoneIsStreamed) {
+  controller_->on_encoder(1000, kStartUs);
+  send(PlcCommandCode::Register, {.enc_trigger = 7});
+  ASSERT_TRUE(take_job());
+  finish_job(Code::ObjectFound, true, kStartUs + 50'000);
+  status();
+  EXPECT_EQ(result().enc_capture, 7U);
 }
 
 TEST_F(ControllerTest, TriggerRunsFromAcceptanceToLatchedResult) {

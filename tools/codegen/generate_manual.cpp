@@ -20,7 +20,8 @@ Grapnel is a Modbus server (slave); the PLC is the client (master). Functions 3,
 - **Exceptions are protocol errors only**: 01 function not served or write not authorised, 02 address, 03 count or
   structure, 04 internal, 0B unknown unit id (strict mode). Busy is not an exception: it is ACK_CODE 3002.
 - One client owns the command block: the first control peer that writes. Others' writes answer exception 01. Ownership
-  passes when its connection or its heartbeat dies; the running job is then aborted and command 10 is needed again.
+  passes when its connection or its heartbeat dies. A connection that closes leaves job and result as they are, for the
+  PLC that comes back; a heartbeat that dies ends both. Supervise the heartbeat where a dead PLC must stop the device.
 
 ## Handshake
 
@@ -39,7 +40,18 @@ non-zero value** executes CMD_CODE, once; writing the same value again does noth
 
 The result stays until the next accepted command or command 31. **Act on a pose only when FLAGS.RESULT_VALID is 1 and
 the object's DECISION is 1**: otherwise every pose register reads 0x80000000 (-2147483648) and every float NaN.
-A changed BOOT_ID voids every pending handshake. REPLAY in FLAGS: the data is not live.
+REPLAY in FLAGS: the data is not live.
+
+*Restarts.* A changed BOOT_ID voids every pending handshake: the device starts with token 0, so the first other token that
+it is written executes. A PLC that writes the block every cycle writes CMD_SEQ = 0 until it has seen the new BOOT_ID. After
+a restart of the PLC's own program a token equal to ACK_SEQ is no change and executes nothing: count on from ACK_SEQ, or
+write 0 first.
+
+*Encoder.* Write the count latched with the part sensor to ENC_TRIGGER together with the token. ENC_CAPTURE equals it, and
+the belt has moved on by speed × CAPTURE_DELAY_US until the camera looked. If the PLC between commands also writes the live
+count to ENC_TRIGGER (both words in one write, CMD_SEQ unchanged) at 50 Hz or faster, ENC_CAPTURE is the count at
+mid-exposure, interpolated between the counts received before and after it; where these are over 50 ms apart it equals
+ENC_TRIGGER. The time of a count is that of its arrival.
 
 *Heartbeats.* HB_OUT advances every 100 ms while all threads of the device make progress. If HB_LIMIT_MS is not 0, HB_IN must
 change within it; else the job is aborted, the result voided, STATUS_CODE is 3007 and command 10 is needed.

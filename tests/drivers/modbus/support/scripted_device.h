@@ -9,7 +9,10 @@ namespace grapnel::test {
 /// A device that answers what the test says and keeps what it was told.
 class ScriptedDevice final : public PlcCommandSink {
  public:
-  ScriptedDevice() { commands.reserve(1024); }
+  ScriptedDevice() {
+    commands.reserve(1024);
+    encoder_counts.reserve(1024);
+  }
 
   Code on_command(const PlcCommand& command) noexcept override {
     commands.push_back(command);
@@ -24,6 +27,9 @@ class ScriptedDevice final : public PlcCommandSink {
   void on_heartbeat_lost(bool lost) noexcept override {
     heartbeat_lost = lost;
     ++heartbeat_changes;
+  }
+  void on_encoder(std::uint32_t count, std::int64_t) noexcept override {
+    encoder_counts.push_back(count);
   }
   void on_control_lost() noexcept override { ++control_losses; }
   void read_status(PlcStatus& out) noexcept override { out = status; }
@@ -47,6 +53,7 @@ class ScriptedDevice final : public PlcCommandSink {
   Code answer = Code::Accepted;
   bool finish_at_once = true;
   std::vector<PlcCommand> commands;
+  std::vector<std::uint32_t> encoder_counts;
   std::uint64_t results = 0;
   int result_reads = 0;
   bool heartbeat_lost = false;
