@@ -12,17 +12,19 @@ namespace {
 /// Text of a configuration file; refuses what can't be read or is too large to be one.
 std::string read_text(const std::filesystem::path& file) {
   std::error_code error;
+  // Fails for all but regular files: opening a pipe would wait for its writer.
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) {
-    throw ConfigProblem(Code::FileUnreadable, file.string() + ": can't be read" +
-                                                  (error ? ": " + error.message() : std::string()));
+  if (error) {
+    throw ConfigProblem(Code::FileUnreadable,
+                        file.string() + ": can't be read: " + error.message());
   }
   if (bytes > kMaxConfigBytes) {
     throw ConfigProblem(Code::PresetInvalid, file.string() + ": " + std::to_string(bytes) +
                                                  " bytes; a configuration file has at most " +
                                                  std::to_string(kMaxConfigBytes));
   }
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw ConfigProblem(Code::FileUnreadable, file.string() + ": can't be read");
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
@@ -67,16 +69,22 @@ std::unique_ptr<ActivePreset> ConfigKeeper::build(const Settings& settings, std:
   return preset;
 }
 
-ConfigKeeper::Loaded ConfigKeeper::load_text(const std::string& text) {
+ConfigKeeper::Loaded ConfigKeeper::load_text(const std::string& text, std::uint16_t choice) {
   Loaded loaded;
   loaded.text = text;
   loaded.settings = parse_settings(text, start_);
-  loaded.preset =
-      build(loaded.settings, static_cast<std::uint16_t>(loaded.settings.general.active_preset));
+  // A file that names another preset than before overrules the PLC; any other edit leaves its
+  // choice.
+  const int named = loaded.settings.general.active_preset;
+  loaded.choice = named == settings_.general.active_preset ? choice : std::uint16_t{0};
+  loaded.preset = build(loaded.settings,
+                        loaded.choice != 0 ? loaded.choice : static_cast<std::uint16_t>(named));
   return loaded;
 }
 
-ConfigKeeper::Loaded ConfigKeeper::load_file() { return load_text(read_text(start_.file)); }
+ConfigKeeper::Loaded ConfigKeeper::load_file() {
+  return load_text(read_text(start_.file), choice_);
+}
 
 Settings ConfigKeeper::settings_at_start(const Start& start) {
   try {
@@ -108,7 +116,7 @@ void ConfigKeeper::start(const std::filesystem::path& state_folder) {
   } catch (const ConfigProblem& problem) {
     if (good_text_.empty()) throw;
     parts_.report(true, problem.code(), problem.what());
-    loaded = load_text(good_text_);
+    loaded = load_text(good_text_, 0);
     state_.state = Code::RolledBack;
     state_.reduced = true;
     parts_.report(true, Code::RolledBack, "the last good configuration is in use");
@@ -152,6 +160,7 @@ void ConfigKeeper::work_off(const ConfigRequest& request) {
         Loaded loaded;
         loaded.settings = settings_;
         loaded.text = text_;
+        loaded.choice = number;
         loaded.preset = build(settings_, number);
         begin_switch(std::move(loaded), state_.reduced ? state_.state : Code::ConfigLoaded,
                      state_.reduced);
@@ -168,7 +177,7 @@ void ConfigKeeper::work_off(const ConfigRequest& request) {
         if (good_text_.empty()) {
           throw ConfigProblem(Code::FileUnreadable, "no last good configuration is kept yet");
         }
-        begin_switch(load_text(good_text_), Code::RolledBack, true);
+        begin_switch(load_text(good_text_, 0), Code::RolledBack, true);
         return;
       case ConfigAction::None:
         answer(Code::ConfigLoaded);
@@ -182,8 +191,7 @@ void ConfigKeeper::work_off(const ConfigRequest& request) {
 void ConfigKeeper::begin_switch(Loaded loaded, Code state, bool reduced) {
   const std::string later = needs_restart(settings_, loaded.settings);
   if (!later.empty()) {
-    parts_.report(false, Code::ConfigLoaded,
-                  "[" + later + "] has changed; it takes effect at the next start");
+    parts_.report(false, Code::ConfigLoaded, later + " changed: takes effect at the next start");
   }
   next_ = std::move(loaded.preset);
   incoming_ = std::move(loaded);
@@ -196,6 +204,7 @@ void ConfigKeeper::finish_switch() {
   current_ = std::move(next_);
   settings_ = std::move(incoming_->settings);
   text_ = std::move(incoming_->text);
+  choice_ = incoming_->choice;
   incoming_.reset();
   committed_ = text_ == good_text_;
   jobs_at_load_ = parts_.exchange->job.finished.load(std::memory_order_acquire);

@@ -61,12 +61,14 @@ class ConfigKeeper {
  private:
   struct Loaded {
     Settings settings;
-    std::string text;  ///< of the file
+    std::uint16_t choice = 0;  ///< preset the PLC selected; 0: the file's
+    std::string text;          ///< of the file
     std::unique_ptr<ActivePreset> preset;
   };
 
   [[nodiscard]] Loaded load_file();
-  [[nodiscard]] Loaded load_text(const std::string& text);
+  /// `choice` 0: the preset that the text names.
+  [[nodiscard]] Loaded load_text(const std::string& text, std::uint16_t choice);
   [[nodiscard]] std::unique_ptr<ActivePreset> build(const Settings& settings, std::uint16_t number);
   void begin_switch(Loaded loaded, Code state, bool reduced);
   void finish_switch();
@@ -81,8 +83,9 @@ class ConfigKeeper {
   Start start_;
   std::span<std::byte> block_;
   Settings settings_;
-  std::string text_;       // of the configuration in use
-  std::string good_text_;  // of the last one that proved itself
+  std::uint16_t choice_ = 0;  // preset the PLC selected; 0: the file's
+  std::string text_;          // of the configuration in use
+  std::string good_text_;     // of the last one that proved itself
   std::filesystem::path good_file_;
   std::uint32_t jobs_at_load_ = 0;
   bool committed_ = false;

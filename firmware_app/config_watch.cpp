@@ -22,8 +22,8 @@ bool ConfigWatch::watch_file(const std::filesystem::path& file) {
 bool ConfigWatch::watch_folder(const std::filesystem::path& folder) { return add(folder, ""); }
 
 bool ConfigWatch::add(const std::filesystem::path& folder, const std::string& name) {
-  const int watch =
-      inotify_add_watch(fd_, folder.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE);
+  constexpr std::uint32_t kChanges = IN_CLOSE_WRITE | IN_MOVED_TO | IN_MOVED_FROM | IN_DELETE;
+  const int watch = inotify_add_watch(fd_, folder.c_str(), kChanges);
   if (watch < 0) return false;
   rows_.push_back({watch, name});
   return true;

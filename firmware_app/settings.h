@@ -138,7 +138,9 @@ struct SettingsSection {
 [[nodiscard]] Settings load_settings(const std::filesystem::path& file,
                                      const std::vector<std::string>& overrides);
 
-/// Name of the first section that differs and takes effect only at a restart, "" when none.
+/// Names of the sections and keys that differ and take effect only at a restart, separated by
+/// commas;
+/// "" when none.
 [[nodiscard]] std::string needs_restart(const Settings& running, const Settings& wanted);
 
 }  // namespace grapnel

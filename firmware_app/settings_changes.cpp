@@ -51,16 +51,21 @@ FieldTable fields_of(std::string_view name) {
 }  // namespace
 
 std::string needs_restart(const Settings& running, const Settings& wanted) {
-  if (!same_table(running.camera, wanted.camera)) return "camera";
-  if (!same_fields(fields_of("fieldbus"), running.fieldbus, wanted.fieldbus)) return "fieldbus";
-  if (!same_fields(fields_of("capture"), running.capture, wanted.capture)) return "capture";
-  if (!same_fields(fields_of("realtime"), running.realtime, wanted.realtime)) return "realtime";
-  if (!same_fields(fields_of("memory"), running.memory, wanted.memory)) return "memory";
-  if (!same_fields(fields_of("state"), running.state, wanted.state)) return "state";
-  if (!same_fields(fields_of("snapshots"), running.snapshots, wanted.snapshots)) {
-    return "snapshots";
-  }
-  return {};
+  std::string names;
+  const auto name_if = [&names](bool differs, const char* name) {
+    if (differs) names.append(names.empty() ? "" : ", ").append(name);
+  };
+  name_if(running.general.auto_arm != wanted.general.auto_arm, "auto_arm");
+  name_if(!same_table(running.camera, wanted.camera), "[camera]");
+  name_if(!same_fields(fields_of("fieldbus"), running.fieldbus, wanted.fieldbus), "[fieldbus]");
+  name_if(!same_fields(fields_of("capture"), running.capture, wanted.capture), "[capture]");
+  name_if(!same_fields(fields_of("belt"), running.belt, wanted.belt), "[belt]");
+  name_if(running.calibration.serial != wanted.calibration.serial, "calibration.serial");
+  name_if(!same_fields(fields_of("realtime"), running.realtime, wanted.realtime), "[realtime]");
+  name_if(!same_fields(fields_of("memory"), running.memory, wanted.memory), "[memory]");
+  name_if(!same_fields(fields_of("state"), running.state, wanted.state), "[state]");
+  name_if(!same_fields(fields_of("snapshots"), running.snapshots, wanted.snapshots), "[snapshots]");
+  return names;
 }
 
 }  // namespace grapnel

@@ -215,7 +215,38 @@ TEST_F(ConfigKeeperTest, SaysWhatNeedsARestart) {
   start();
   edit(config_with(12) + "folder = \"elsewhere\"\n");
   ASSERT_EQ(news_.size(), 1U);
-  EXPECT_EQ(news_[0], "[camera] has changed; it takes effect at the next start");
+  EXPECT_EQ(news_[0], "[camera] changed: takes effect at the next start");
+}
+
+TEST_F(ConfigKeeperTest, AnEditElsewhereLeavesThePresetThatThePlcSelected) {
+  start();
+  wish(ConfigAction::Select, 12);
+  take_over();
+  keeper_->step(false);
+  ASSERT_EQ(active_, 12);
+  edit(config_with(11) + "[roi]\nmax_occupied_share = 0.1\n");
+  take_over();
+  keeper_->step(false);
+  EXPECT_EQ(active_, 12);
+  EXPECT_EQ(keeper_->settings().roi.max_occupied_share, 0.1);
+  wish(ConfigAction::Reload);
+  take_over();
+  keeper_->step(false);
+  EXPECT_EQ(active_, 12);
+}
+
+TEST_F(ConfigKeeperTest, AFileThatNamesAnotherPresetOverrulesThePlc) {
+  start();
+  wish(ConfigAction::Select, 12);
+  take_over();
+  keeper_->step(false);
+  edit(config_with(12));  // now the file's own
+  take_over();
+  keeper_->step(false);
+  edit(config_with(11));
+  take_over();
+  keeper_->step(false);
+  EXPECT_EQ(active_, 11);
 }
 
 TEST_F(ConfigKeeperTest, TheCommandLineOverridesTheFileAtEveryLoad) {

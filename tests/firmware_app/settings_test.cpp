@@ -85,11 +85,20 @@ TEST(Settings, NameWhatNeedsARestart) {
   EXPECT_EQ(needs_restart(running, read(kLeast)), "");
   EXPECT_EQ(needs_restart(running, read("active_preset = 4\n[camera]\ndriver = \"replay\"\n")), "");
   EXPECT_EQ(needs_restart(running, read("active_preset = 3\n[camera]\ndriver = \"synthetic\"\n")),
-            "camera");
-  EXPECT_EQ(needs_restart(running, read(std::string(kLeast) + "[fieldbus]\nport = 1502\n")),
-            "fieldbus");
-  EXPECT_EQ(needs_restart(running, read(std::string(kLeast) + "[memory]\nbudget_mb = 64\n")),
-            "memory");
+            "[camera]");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"[fieldbus]\nport = 1502\n", "[fieldbus]"},
+      {"[memory]\nbudget_mb = 64\n", "[memory]"},
+      {"[belt]\nlearn_frames = 3\n", "[belt]"},
+      {"[calibration]\nserial = \"A7\"\n", "calibration.serial"},
+      {"[belt]\nlearn_frames = 3\n[realtime]\nlock_memory = false\n", "[belt], [realtime]"},
+      // Taken over with the preset.
+      {"[roi]\nmax_occupied_share = 0.5\n", ""},
+  };
+  for (const auto& [text, names] : cases) {
+    EXPECT_EQ(needs_restart(running, read(kLeast + text)), names) << text;
+  }
+  EXPECT_EQ(needs_restart(running, read(std::string("auto_arm = true\n") + kLeast)), "auto_arm");
 }
 
 TEST(Settings, DescribeEveryKeyOnce) {
