@@ -35,7 +35,7 @@ class CameraKeeper {
   /// Stops the camera and joins the thread.
   void stop();
 
-  [[nodiscard]] const Camera& camera() const noexcept { return *camera_; }
+  [[nodiscard]] Camera& camera() const noexcept { return *camera_; }
   /// What the PLC is told: SensorHealthy, or the 20xx that says why not.
   [[nodiscard]] Code code() const noexcept;
   [[nodiscard]] bool live() const noexcept { return live_.load(std::memory_order_relaxed); }

@@ -136,6 +136,7 @@ void CrashReporter::write(CrashKind kind, int signal, const char* what) noexcept
   record.signal = signal;
   record.build_id = build_id_;
   record.command_token = token_.load(std::memory_order_relaxed);
+  record.job_stage = static_cast<std::uint32_t>(job_stage_.load(std::memory_order_relaxed));
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   record.time_us = static_cast<std::int64_t>(now.tv_sec) * 1'000'000 + now.tv_nsec / 1000;

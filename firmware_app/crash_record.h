@@ -17,7 +17,7 @@ enum class CrashKind : std::uint32_t { None, Assertion, Signal, Watchdog };
 /// What a dying process leaves behind, as it lies in the reserved file.
 struct CrashRecord {
   static constexpr std::size_t kEvents = 64;
-  static constexpr std::uint64_t kMagic = 0x31305243'4c504e47ULL;  // "GNPLCR01"
+  static constexpr std::uint64_t kMagic = 0x32305243'4c504e47ULL;  // "GNPLCR02"
 
   struct Event {
     std::int64_t time_us = 0;
@@ -33,6 +33,7 @@ struct CrashRecord {
   std::int32_t signal = 0;
   std::uint32_t build_id = 0;
   std::uint32_t command_token = 0;
+  std::uint32_t job_stage = 0;  ///< Stage that the registration thread was at; None: no job ran
   std::int64_t time_us = 0;
   std::array<char, 16> thread{};
   std::array<char, 160> what{};  ///< failed expression, file and line
@@ -71,6 +72,8 @@ class CrashReporter {
   void set_command_token(std::uint32_t token) noexcept {
     token_.store(token, std::memory_order_relaxed);
   }
+  /// Where the registration thread notes the stage it is at.
+  [[nodiscard]] std::atomic<Stage>& job_stage() noexcept { return job_stage_; }
   /// Housekeeping found a thread silent: a SIGABRT that comes now is the watchdog's.
   void set_stalled(bool stalled) noexcept { stalled_.store(stalled, std::memory_order_relaxed); }
 
@@ -81,6 +84,7 @@ class CrashReporter {
   CrashRecord* record_ = nullptr;
   std::uint32_t build_id_ = 0;
   std::atomic<std::uint32_t> token_{0};
+  std::atomic<Stage> job_stage_{Stage::None};
   std::atomic<bool> stalled_{false};
   EventHistory history_;
 };

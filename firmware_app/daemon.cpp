@@ -204,9 +204,9 @@ void Daemon::build() {
       Scheduling{realtime.capture_priority, realtime.capture_cpu}, settings_.calibration.serial);
   executor_ = std::make_unique<JobExecutor>(
       ExecutorParts{&clock_, pool_.get(), &camera_->camera(), &background_, &exchange_.job,
-                    &supervisor_.progress(Supervised::Registration), &evidence_,
-                    settings_.snapshots.on_reject},
-      capture, settings_.belt.learn_frames, settings_.roi.max_occupied_share);
+                    &supervisor_.progress(Supervised::Registration), &crash_.job_stage(),
+                    &evidence_, settings_.snapshots.on_reject},
+      capture, settings_.belt.learn_frames);
   registration_ = std::make_unique<RegistrationLoop>(
       RegistrationLoop::Parts{executor_.get(), &exchange_.job, &presets_, &supervisor_,
                               &registration_account_, &crash_},
@@ -272,8 +272,8 @@ void Daemon::stop_threads() noexcept {
 void Daemon::run_config() {
   name_this_thread("config");
   ConfigWatch watch;
-  const bool watched =
-      watch.watch_file(options_.config) && watch.watch_folder(settings_.presets_folder());
+  std::filesystem::path presets = settings_.presets_folder();
+  const bool watched = watch.watch_file(options_.config) && watch.watch_folder(presets);
   if (!watched) {
     journal_.write(LogLevel::Warning,
                    "configuration files can't be watched; command 42 reloads them");
@@ -287,6 +287,10 @@ void Daemon::run_config() {
     exchange_.config_wake.clear();
     const bool asked = reload_.exchange(false);
     keeper_->step(watch.changed(clock_.now_us()) || asked);
+    if (keeper_->settings().presets_folder() != presets) {
+      presets = keeper_->settings().presets_folder();
+      watch.watch_folder(presets);
+    }
   }
 }
 
@@ -358,7 +362,7 @@ void Daemon::beat(std::int64_t now_us) {
 void Daemon::announce_when_up(std::int64_t now_us) {
   if (health_.started) return;
   const bool healthy = sensor_health_->fault_of(camera_->code()) == Code::SensorHealthy;
-  const bool camera_up = healthy && pool_->published() > 0;
+  const bool camera_up = healthy && (pool_->published() > 0 || camera_->camera().stepped());
   if (!camera_up && now_us < started_us_ + kCameraStartUs) return;
   health_.started = true;
   for (ThreadAccount* account : {&capture_account_, &registration_account_, &field_bus_account_}) {

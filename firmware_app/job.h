@@ -41,6 +41,7 @@ struct JobProfile {
   InlineList<ModelProfile, kMaxModels> models;
   bool calibrated = false;  ///< robot_from_camera is known
   Pose robot_from_camera = Pose::Identity();
+  double max_occupied_share = 0.0;  ///< up to this the region counts as empty (command 61)
 };
 
 enum class JobKind : std::uint8_t {
@@ -67,6 +68,7 @@ struct JobOutcome {
   std::uint32_t number = 0;
   PlcResult result;
   bool has_frame = false;
+  std::int64_t exposure_us = 0;              ///< mid-exposure of that frame, host monotonic
   std::array<std::uint32_t, 20> stage_us{};  ///< in Stage's order from Capture
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/running_stage.h"
 #include "firmware_app/controller.h"
 #include "firmware_app/plc_object.h"
 
@@ -19,12 +20,11 @@ std::uint32_t clamp_us(std::int64_t us) noexcept {
 }  // namespace
 
 JobExecutor::JobExecutor(const ExecutorParts& parts, const CaptureSettings& capture,
-                         int learn_frames, double max_occupied_share)
+                         int learn_frames)
     : parts_(parts),
       clock_(*parts.clock, *parts.progress),
       capture_(capture),
-      learn_frames_(learn_frames),
-      max_occupied_share_(max_occupied_share) {}
+      learn_frames_(learn_frames) {}
 
 void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexcept {
   outcome.number = request.number;
@@ -43,6 +43,8 @@ void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexce
   }
   parts_.exchange->phase.store(JobPhase::Capturing, std::memory_order_release);
   if (request.kind != JobKind::SaveSnapshot) has_evidence_ = false;
+  note_stages_in(parts_.stage);
+  note_stage(Stage::Capture);
   switch (request.kind) {
     case JobKind::Register:
       run_register(request, outcome);
@@ -71,7 +73,15 @@ void JobExecutor::execute(const JobRequest& request, JobOutcome& outcome) noexce
     result.total_us = clamp_us(now_us - frame_at_us_);
   }
   if (request.kind == JobKind::Register) evidence_.result = result;
+  note_stage(Stage::None);
   parts_.exchange->phase.store(JobPhase::Idle, std::memory_order_release);
+}
+
+void JobExecutor::request_frame(std::int64_t not_before_us) noexcept {
+  if (!parts_.camera->stepped()) return;
+  // The frame is stamped when it is handed out.
+  clock_.sleep_until_us(not_before_us);
+  parts_.camera->request_frame();
 }
 
 std::int64_t JobExecutor::first_exposure_us(const JobRequest& request) const noexcept {
@@ -89,8 +99,12 @@ Result<FrameLease> JobExecutor::await_frame(const JobRequest& request,
     if (!last_capture_.valid()) return Error{Code::NoFrameInTime, Stage::Capture};
     return std::move(last_capture_);
   }
+  request_frame(not_before_us);
+  // A stepped camera owes its frame however slow the machine is: runs must not differ by that.
   const std::int64_t give_up_us =
-      std::max(clock_.now_us(), not_before_us) + std::int64_t{capture_.frame_wait_ms} * 1000;
+      parts_.camera->stepped()
+          ? request.deadline_us
+          : std::max(clock_.now_us(), not_before_us) + std::int64_t{capture_.frame_wait_ms} * 1000;
   for (;;) {
     const std::uint32_t seen = parts_.pool->published_signal().version();
     FrameLease lease = parts_.pool->lease_first_since(not_before_us);
@@ -127,6 +141,7 @@ void JobExecutor::note_frame(const JobRequest& request, const DepthFrame& frame,
   frame_at_us_ = clock_.now_us();
   mid_exposure_us_ = frame.exposure_us;
   outcome.has_frame = true;
+  outcome.exposure_us = frame.exposure_us;
   outcome.stage_us[0] = clamp_us(frame_at_us_ - request.command.accepted_us);
   outcome.result.frame_id = static_cast<std::uint32_t>(frame.sequence);
   outcome.result.capture_delay_us = clamp_us(frame.exposure_us - request.command.accepted_us);
@@ -315,8 +330,9 @@ void JobExecutor::run_check_empty(const JobRequest& request, JobOutcome& outcome
   if (!occupied) {
     result.code = occupied.error().code;
   } else {
-    result.code = occupied.value() <= max_occupied_share_ ? Code::RoiConfirmedEmpty
-                                                          : Code::UnexplainedForeground;
+    result.code = occupied.value() <= preset_->profile.max_occupied_share
+                      ? Code::RoiConfirmedEmpty
+                      : Code::UnexplainedForeground;
   }
   keep(std::move(lease.value()));
 }

@@ -18,10 +18,11 @@ namespace grapnel {
 struct ExecutorParts {
   const Clock* clock = nullptr;
   FramePool* pool = nullptr;
-  const Camera* camera = nullptr;
+  Camera* camera = nullptr;
   Background* background = nullptr;
   JobExchange* exchange = nullptr;
   std::atomic<std::uint64_t>* progress = nullptr;  ///< counted up while the thread is alive
+  std::atomic<Stage>* stage = nullptr;             ///< told the stage that runs, None between jobs
   EvidenceSlot* evidence = nullptr;                ///< nullptr: no snapshots
   bool snapshot_on_reject = true;
 };
@@ -30,8 +31,7 @@ struct ExecutorParts {
 /// into an answer. Runs on the registration thread; allocates nothing.
 class JobExecutor {
  public:
-  JobExecutor(const ExecutorParts& parts, const CaptureSettings& capture, int learn_frames,
-              double max_occupied_share);
+  JobExecutor(const ExecutorParts& parts, const CaptureSettings& capture, int learn_frames);
 
   /// At a job's boundary. `preset` may be nullptr: jobs then answer PresetMissing.
   void use(ActivePreset* preset) noexcept { preset_ = preset; }
@@ -69,6 +69,8 @@ class JobExecutor {
   /// The frame of the job: the last capture, or the chosen one exposed from `not_before_us` on.
   [[nodiscard]] Result<FrameLease> await_frame(const JobRequest& request,
                                                std::int64_t not_before_us) noexcept;
+  /// Next frame of a camera that hands them out on request; nothing for one that free-runs.
+  void request_frame(std::int64_t not_before_us) noexcept;
   [[nodiscard]] Code judge_frame(const DepthFrame& frame) const noexcept;
   [[nodiscard]] std::int64_t first_exposure_us(const JobRequest& request) const noexcept;
   [[nodiscard]] JobContext context_of(const JobRequest& request, const DepthFrame& frame) noexcept;
@@ -81,7 +83,6 @@ class JobExecutor {
   WatchedClock clock_;
   CaptureSettings capture_;
   int learn_frames_;
-  double max_occupied_share_;
   ActivePreset* preset_ = nullptr;
   FrameLease last_capture_;
   bool has_evidence_ = false;  // of the last registration, whose frame is last_capture_

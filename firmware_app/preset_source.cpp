@@ -109,6 +109,7 @@ JobProfile profile_of(const Preset& preset, const Settings& settings) {
   profile.preset.timeout_ms = preset.timeout_ms;
   profile.pose_format = preset.pose_format;
   profile.retries = preset.retries;
+  profile.max_occupied_share = settings.roi.max_occupied_share;
   profile.calibrated = settings.calibrated();
   profile.robot_from_camera = settings.robot_from_camera();
   for (const Model& model : preset.models) {

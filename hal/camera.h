@@ -60,7 +60,8 @@ struct CaptureHooks {
   void* context = nullptr;
 };
 
-/// A depth camera. One owner thread makes all calls except status(), which any thread may make.
+/// A depth camera. One owner thread makes all calls except status(), stepped() and request_frame(),
+/// which any thread may make.
 /// open → start → stop → close; start and stop may repeat; a call out of order is refused or does
 /// nothing, it never harms. The camera contract suite holds every driver to this.
 class Camera {
@@ -80,6 +81,10 @@ class Camera {
   virtual void close() noexcept = 0;
 
   [[nodiscard]] virtual CameraStatus status() const noexcept = 0;
+  /// True: frames come one by one, each at a request_frame(). Else the camera free-runs.
+  [[nodiscard]] virtual bool stepped() const noexcept { return false; }
+  /// Asks a stepped camera for its next frame and does not wait for it.
+  virtual void request_frame() noexcept {}
   /// The last failure in one line for a person; "" when there was none.
   [[nodiscard]] virtual std::string problem() const = 0;
 };

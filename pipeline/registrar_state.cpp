@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/input_error.h"
+#include "base/running_stage.h"
 
 namespace grapnel {
 
@@ -30,6 +31,7 @@ Status JobWatch::enter(Stage stage) noexcept {
     }
   }
   stage_ = stage;
+  note_stage(stage);
   if (context_.abort != nullptr && context_.abort->load(std::memory_order_relaxed)) {
     return Error{Code::Aborted, stage, 0};
   }

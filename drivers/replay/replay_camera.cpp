@@ -127,6 +127,11 @@ void ReplayCamera::set_state(CameraState state, Code code) noexcept {
   state_.store(state);
 }
 
+void ReplayCamera::request_frame() noexcept {
+  steps_wanted_.fetch_add(1);
+  changed_.notify();
+}
+
 bool ReplayCamera::step() noexcept {
   const std::uint64_t frames = counters_.frames.load();
   const std::uint64_t target = steps_wanted_.fetch_add(1) + 1;

@@ -36,6 +36,11 @@ class ReplayCamera final : public Camera {
   [[nodiscard]] CameraStatus status() const noexcept override;
   [[nodiscard]] std::string problem() const override;
 
+  [[nodiscard]] bool stepped() const noexcept override {
+    return options_.mode == ReplayMode::Stepped;
+  }
+  void request_frame() noexcept override;
+
   /// Mode Stepped: hands out the next frame and waits for it. False when it was dropped or nothing
   /// followed.
   bool step() noexcept;

@@ -12,7 +12,7 @@ namespace grapnel {
 enum class ReplayMode : std::uint8_t {
   TrueTime,  ///< by their timestamps, times `factor`
   Fast,      ///< as fast as they decode
-  Stepped,   ///< one at each ReplayCamera::step()
+  Stepped,   ///< one at each request: the daemon asks once a job
 };
 
 /// What happens at a frame that can't be read.

@@ -48,6 +48,12 @@ class StatusCamera final : public Camera {
   void close() noexcept override {}
   [[nodiscard]] CameraStatus status() const noexcept override { return status_; }
   [[nodiscard]] std::string problem() const override { return ""; }
+  [[nodiscard]] bool stepped() const noexcept override { return on_request != nullptr; }
+  void request_frame() noexcept override { on_request(++requests_); }
+  [[nodiscard]] int requests() const { return requests_; }
+  /// Makes the camera a stepped one; told the number of requests so far.
+  std::function<void(int)> on_request;
+
   void set(CameraState state, Code code) {
     status_.state = state;
     status_.code = code;
@@ -55,6 +61,7 @@ class StatusCamera final : public Camera {
 
  private:
   CameraStatus status_{CameraState::Streaming, Code::SensorHealthy, {}};
+  int requests_ = 0;
 };
 
 /// Answers what the test tells it to, and remembers what it was asked.

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "base/math.h"
+#include "base/running_stage.h"
 #include "firmware_app/realtime.h"
 #include "tests/firmware_app/fakes.h"
 
@@ -35,6 +36,7 @@ class JobExecutorTest : public ::testing::Test {
     preset_.profile.preset.rev = 99;
     preset_.profile.pose_format = 2;
     preset_.profile.retries = 2;
+    preset_.profile.max_occupied_share = 0.01;
     ModelProfile model;
     model.id = 5;
     model.grasp_id = 1;
@@ -49,8 +51,8 @@ class JobExecutorTest : public ::testing::Test {
 
   void make_executor() {
     executor_ = std::make_unique<JobExecutor>(
-        ExecutorParts{clock(), &pool_, &camera_, &background_, &exchange_, &progress_}, capture_, 3,
-        0.01);
+        ExecutorParts{clock(), &pool_, &camera_, &background_, &exchange_, &progress_, &stage_},
+        capture_, 3);
     executor_->use(&preset_);
   }
   virtual const Clock* clock() { return &clock_; }
@@ -97,6 +99,7 @@ class JobExecutorTest : public ::testing::Test {
   std::unique_ptr<MemoryBlock> memory_;
   JobExchange exchange_;
   std::atomic<std::uint64_t> progress_{0};
+  std::atomic<Stage> stage_{Stage::None};
   CaptureSettings capture_;
   ActivePreset preset_;
   test::FakeRunner* runner_ = nullptr;
@@ -289,6 +292,35 @@ TEST_F(JobExecutorTest, SelfTestWantsFrameAndPreset) {
   EXPECT_EQ(run().code, Code::Ready);
   executor_->use(nullptr);
   EXPECT_EQ(run().code, Code::PresetMissing);
+}
+
+TEST_F(JobExecutorTest, NotesTheStageThatRuns) {
+  publish(20'000, 1);
+  Stage before = Stage::None;
+  Stage during = Stage::None;
+  runner_->answer = [&](const DepthFrame&, const JobContext&) {
+    before = stage_.load();
+    note_stage(Stage::Coarse);
+    during = stage_.load();
+    return accepted();
+  };
+  run();
+  EXPECT_EQ(before, Stage::Capture);
+  EXPECT_EQ(during, Stage::Coarse);
+  EXPECT_EQ(stage_.load(), Stage::None);
+}
+
+TEST_F(JobExecutorTest, AsksASteppedCameraForOneFrameAJob) {
+  camera_.on_request = [this](int requests) {
+    EXPECT_GE(clock_.now_us(), request_.command.accepted_us + capture_.exposure_us / 2);
+    publish(clock_.now_us() - kNowUs, static_cast<std::uint64_t>(requests));
+  };
+  clock_.advance_us(capture_.exposure_us / 2);
+  EXPECT_EQ(run().frame_id, 1U);
+  request_.command.accepted_us = clock_.now_us();
+  clock_.advance_us(capture_.exposure_us / 2);
+  EXPECT_EQ(run().frame_id, 2U);
+  EXPECT_EQ(camera_.requests(), 2);
 }
 
 TEST_F(JobExecutorTest, TellsWhetherTheRegionIsEmpty) {

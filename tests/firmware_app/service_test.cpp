@@ -208,6 +208,7 @@ TEST(CrashRecord, AFatalSignalLeavesItsStory) {
     (void)reporter.open(file, 0xb111d);
     reporter.install();
     reporter.set_command_token(321);
+    reporter.job_stage().store(Stage::Refine);
     for (int i = 0; i < 100; ++i) {
       LogEvent event;
       event.text = "event {}";
@@ -227,6 +228,7 @@ TEST(CrashRecord, AFatalSignalLeavesItsStory) {
   const std::string text = crash_text(record);
   EXPECT_NE(text.find("signal 8"), std::string::npos);
   EXPECT_NE(text.find("event 99"), std::string::npos);
+  EXPECT_NE(text.find("job at stage refine"), std::string::npos);
   EXPECT_EQ(record_of(file).kind, CrashKind::None);  // told once
 }
 
@@ -242,6 +244,7 @@ TEST(CrashRecord, AFailedAssertionNamesItself) {
   const CrashRecord record = record_of(file);
   EXPECT_EQ(record.kind, CrashKind::Assertion);
   EXPECT_NE(std::string(record.what.data()).find("1 + 1 == 3"), std::string::npos);
+  EXPECT_NE(crash_text(record).find("no job running"), std::string::npos);
 }
 
 TEST(CrashRecord, AnAbortFromOutsideOnAStalledRunIsTheWatchdog) {

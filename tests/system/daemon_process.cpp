@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 
 const std::string kProgram = std::string(GRAPNEL_BINARY_DIR) + "/bin/grapneld";
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 std::vector<char*> pointers(std::vector<std::string>& arguments) {
   std::vector<char*> list;
   for (std::string& argument : arguments) list.push_back(argument.data());
@@ -38,6 +33,11 @@ void redirect(const fs::path& file, int descriptor) {
 }
 
 }  // namespace
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
 
 Site::Site() {
   std::string pattern = (fs::temp_directory_path() / "grapnel-site-XXXXXX").string();

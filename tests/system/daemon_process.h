@@ -95,6 +95,9 @@ class Plc {
   PlcClient client_;
 };
 
+/// A file's bytes; "" when it can't be read.
+[[nodiscard]] std::string text_of(const std::filesystem::path& file);
+
 /// Looks every few milliseconds until `happened` or the limit, far above what a loaded machine
 /// needs.
 [[nodiscard]] bool eventually(const std::function<bool()>& happened, int limit_ms = 10'000);

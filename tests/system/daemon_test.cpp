@@ -7,6 +7,8 @@
 #include <chrono>
 #include <csignal>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/system/daemon_process.h"
@@ -272,6 +274,34 @@ TEST(Daemon, ACrashIsToldAndLeavesAFaultToReset) {
   EXPECT_EQ(plc.send(PlcCommandCode::ResetFault, {}, false).ack_code, Code::Accepted);
   EXPECT_EQ(plc.send(PlcCommandCode::Arm, {}, false).ack_code, Code::Accepted);
   EXPECT_EQ(plc.status().state, PlcState::Ready);
+}
+
+TEST(Daemon, ACrashInTheMiddleOfAJobNamesItsStage) {
+  const Site site;
+  // From frame 45 on no frame comes: the job waits for one.
+  site.write("scene.toml", Site::scene_text("[[fault]]\nkind = \"stall\"\nat_frame = 45\n"
+                                            "frames = 10000\n"));
+  site.write("grapnel.toml", Site::config_text(10, "[realtime]\nlock_memory = false\n"));
+  {
+    DaemonProcess daemon(site, {.arguments = {"--set", "capture.frame_wait_ms=10000"}});
+    ASSERT_TRUE(daemon.wait_ready());
+    Plc plc(daemon.port());
+    std::uint32_t frames = 0;
+    ASSERT_TRUE(eventually([&] {
+      const std::uint32_t before = std::exchange(frames, plc.status().frame_count);
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      return frames > 0 && frames == before;
+    }));
+    PlcCommand command{.code = static_cast<std::uint16_t>(PlcCommandCode::Register),
+                       .timeout_ms = 10'000};
+    ASSERT_TRUE(plc.client().send(command));
+    ASSERT_TRUE(eventually([&] { return plc.status().state == PlcState::Capturing; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    daemon.signal(SIGSEGV);
+    EXPECT_EQ(daemon.wait_end(), -SIGSEGV);
+  }
+  DaemonProcess daemon(site);
+  EXPECT_TRUE(daemon.says("job at stage capture"));
 }
 
 TEST(Daemon, AWatchdogsAbortIsAWarningInTheNextRun) {

@@ -87,6 +87,20 @@ TEST_F(Replay, HandsOutOneFrameAtEachStepWithItsPixels) {
   EXPECT_EQ(camera.problem(), "");
 }
 
+TEST_F(Replay, HandsOutAFrameToWhoeverAsksForOne) {
+  record(2);
+  options_.mode = ReplayMode::Stepped;
+  Camera& camera = start(real_time_);
+  EXPECT_TRUE(camera.stepped());
+  constexpr std::int64_t kLimit_us = 10'000'000;
+  for (std::uint64_t n = 1; n <= 2; ++n) {
+    const std::uint32_t seen = pool_.published_signal().version();
+    camera.request_frame();
+    if (pool_.published() < n) pool_.published_signal().wait(seen, kLimit_us);
+    EXPECT_EQ(pool_.published(), n);
+  }
+}
+
 TEST_F(Replay, RunsOnInTimeAndSequenceWhenItBeginsAgain) {
   record(2);
   options_.mode = ReplayMode::Stepped;
