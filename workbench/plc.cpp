@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +16,7 @@
 #include "workbench/commands.h"
 #include "workbench/options.h"
 #include "workbench/plc/line.h"
+#include "workbench/plc/strict.h"
 
 namespace grapnel {
 namespace {
@@ -30,6 +33,7 @@ struct PlcRun {
   std::int64_t interval_ms = 1000;
   std::int64_t answer_timeout_ms = 10000;
   bool arm = true;
+  bool strict = false;
   bool as_json = false;
 };
 
@@ -244,11 +248,13 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   options.value("--word-order", word_order, "ABCD or CDAB, as the device is configured");
   options.flag("--single-writes", run.client.single_writes, "function 6 only, CMD_SEQ last");
   options.flag("--no-arm", no_arm, "send no command 10 when the device is not ready");
+  options.flag("--strict", run.strict,
+               "trigger by the clock even while the last job runs, and count what came of it");
   options.flag("--json", run.as_json, "one JSON object on standard output");
   options.footer(
       "With --events FILE --config grapnel.toml it triggers at every station of a simulated line\n"
       "and compares each answer with the truth.\n"
-      "Exit code 1: a trigger was refused or not answered.");
+      "Exit code 1: a trigger was refused or not answered; with --strict also: answered late.");
   if (!options.parse(args)) return false;
   take_address(address, run.client);
   if (word_order != "ABCD" && word_order != "CDAB") {
@@ -257,6 +263,9 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   run.client.word_order = word_order == "ABCD" ? WordOrder::Abcd : WordOrder::Cdab;
   run.client.heartbeat_limit_ms = static_cast<std::uint16_t>(heartbeat_ms);
   run.client.unit_id = static_cast<int>(unit_id);
+  if (run.strict && run.count == 0) {
+    throw InputError("--count 0 is not allowed with --strict; 1 to 1000000000 is");
+  }
   run.arm = !no_arm;
   run.command.code = static_cast<std::uint16_t>(code);
   run.command.preset_id = static_cast<std::uint16_t>(preset);
@@ -265,6 +274,48 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   run.command.timeout_ms = static_cast<std::uint16_t>(timeout_ms);
   run.command.part_tag = static_cast<std::uint32_t>(tag);
   return true;
+}
+
+double percentile_ms(std::vector<std::int64_t> sorted_us, std::size_t percent) {
+  if (sorted_us.empty()) return 0.0;
+  const std::size_t i = std::min(sorted_us.size() - 1, sorted_us.size() * percent / 100);
+  return static_cast<double>(sorted_us[i]) * 1e-3;
+}
+
+json tally_json(const StrictTally& tally) {
+  std::vector<std::int64_t> sorted_us = tally.latencies_us;
+  std::sort(sorted_us.begin(), sorted_us.end());
+  json codes = json::object();
+  for (const auto& [code, times] : tally.codes) codes[std::to_string(code)] = times;
+  return {{"triggers", tally.triggers},
+          {"answered", tally.answered},
+          {"refused_busy", tally.refused_busy},
+          {"refused_other", tally.refused_other},
+          {"late", tally.late},
+          {"lost", tally.lost},
+          {"accepted", tally.accepted},
+          {"codes", codes},
+          {"latency_ms",
+           {{"p50", percentile_ms(sorted_us, 50)},
+            {"p99", percentile_ms(sorted_us, 99)},
+            {"max", percentile_ms(sorted_us, 100)}}}};
+}
+
+int run_strict(PlcClient& client, const PlcRun& run) {
+  StrictCycle cycle;
+  cycle.command = run.command;
+  cycle.count = run.count;
+  cycle.interval_ms = run.interval_ms;
+  cycle.answer_timeout_ms = run.answer_timeout_ms;
+  const std::optional<StrictTally> tally = run_strict_cycle(client, cycle);
+  if (!tally) give_up(client);
+  const json out = tally_json(*tally);
+  if (run.as_json) {
+    std::cout << out << "\n";
+  } else {
+    for (const auto& [name, value] : out.items()) std::cout << name << ": " << value << "\n";
+  }
+  return tally->answered == tally->triggers && tally->late == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -281,6 +332,7 @@ int run_plc(std::span<const std::string> args) {
   const bool job = is_job(run.command.code);
   if (!client.beat_if_due()) give_up(client);
   if (job && run.arm) arm(client);
+  if (run.strict) return run_strict(client, run);
   const MonotonicClock clock;
   json results = json::array();
   bool all_answered = true;

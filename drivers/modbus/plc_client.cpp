@@ -121,11 +121,21 @@ Status PlcClient::write_command(const PlcCommand& command) {
   return write(c::kCmdSeq, kCommandWords, image.data());
 }
 
-Result<PlcAnswer> PlcClient::run(PlcCommand command, int timeout_ms, bool wait_done) {
+Status PlcClient::take_token(PlcCommand& command) {
   std::uint16_t held_seq = 0;
   const Status held = read_holding(c::kCmdSeq, 1, &held_seq);
-  if (!held) return held.error();
-  command.seq = static_cast<std::uint16_t>(held_seq % 65535 + 1);
+  if (held) command.seq = static_cast<std::uint16_t>(held_seq % 65535 + 1);
+  return held;
+}
+
+Status PlcClient::send(PlcCommand& command) {
+  const Status token = take_token(command);
+  return token ? write_command(command) : token;
+}
+
+Result<PlcAnswer> PlcClient::run(PlcCommand command, int timeout_ms, bool wait_done) {
+  const Status token = take_token(command);
+  if (!token) return token.error();
   PlcAnswer answer;
   const Status before = read(answer.reading);
   if (!before) return before.error();

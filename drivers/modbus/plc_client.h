@@ -60,6 +60,9 @@ class PlcClient {
   /// Writes the command with the next token and waits for the answer; with `wait_done` for DONE
   /// too. An answer that does not come in `timeout_ms` is NoFrameInTime.
   Result<PlcAnswer> run(PlcCommand command, int timeout_ms, bool wait_done);
+  /// Writes the command with the next token, which it sets, and waits for nothing: read() shows
+  /// what became of it.
+  Status send(PlcCommand& command);
   /// Changes HB_IN when the last change is 100 ms old; run() does it while it waits. Does nothing
   /// without a heartbeat.
   Status beat_if_due();
@@ -79,6 +82,7 @@ class PlcClient {
 
   Status fail(const char* what);
   Status read_further_objects(std::uint16_t result_no, PlcReading& reading, bool& whole);
+  Status take_token(PlcCommand& command);
   Status write_command(const PlcCommand& command);
 
   PlcClientOptions options_;

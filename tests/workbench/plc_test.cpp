@@ -128,6 +128,45 @@ TEST(PlcCommandLine, SendsParametersAndHeartbeat) {
   EXPECT_EQ(device.commands[0].code, 24);
 }
 
+TEST(PlcCommandLine, AStrictCycleCountsWhatCameOfEachTrigger) {
+  ScriptedDevice device = device_with_part();
+  ServerThread server(test::test_config(), device);
+  const Output result =
+      run({address(server), "--strict", "--count", "5", "--interval-ms", "20", "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.text;
+  const json tally = json::parse(result.text);
+  EXPECT_EQ(tally["triggers"], 5);
+  EXPECT_EQ(tally["answered"], 5);
+  EXPECT_EQ(tally["accepted"], 5);
+  EXPECT_EQ(tally["codes"], (json{{"1100", 5}}));
+  for (const char* none : {"refused_busy", "refused_other", "late", "lost"}) {
+    EXPECT_EQ(tally[none], 0) << none;
+  }
+}
+
+TEST(PlcCommandLine, AStrictCycleGoesOnOverBusyLateAndMissingAnswers) {
+  struct Case {
+    Code answer;
+    Code outcome;
+    bool finish;
+    const char* counted;
+  };
+  for (const Case& one : {Case{Code::Busy, Code::ObjectFound, true, "refused_busy"},
+                          Case{Code::NotArmed, Code::ObjectFound, true, "refused_other"},
+                          Case{Code::Accepted, Code::JobDeadline, true, "late"},
+                          Case{Code::Accepted, Code::ObjectFound, false, "lost"}}) {
+    ScriptedDevice device = device_with_part();
+    device.answer = one.answer;
+    device.result.code = one.outcome;
+    device.finish_at_once = one.finish;
+    ServerThread server(test::test_config(), device);
+    const Output result = run({address(server), "--strict", "--no-arm", "--count", "3",
+                               "--interval-ms", "5", "--answer-timeout-ms", "20", "--json"});
+    EXPECT_EQ(result.exit_code, 1) << result.text;
+    EXPECT_EQ(json::parse(result.text)[one.counted], 3) << result.text;
+  }
+}
+
 TEST(PlcCommandLine, WrongAddressesAreWrongUsage) {
   for (const char* wrong : {"127.0.0.1:x", "127.0.0.1:0", ":502", "127.0.0.1:1"}) {
     EXPECT_EQ(run({wrong}).exit_code, 2) << wrong;
