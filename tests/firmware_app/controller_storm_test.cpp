@@ -24,6 +24,7 @@ constexpr std::array kCommands = {
     PlcCommandCode::ReloadConfig,  PlcCommandCode::LastGoodConfig,
     PlcCommandCode::SaveSnapshot,  PlcCommandCode::LearnBackground,
     PlcCommandCode::CheckRoiEmpty, PlcCommandCode::SelfTest,
+    PlcCommandCode::GraspGood,     PlcCommandCode::GraspBad,
     PlcCommandCode::ResetFault,    PlcCommandCode::ClearCounters,
 };
 
@@ -196,6 +197,9 @@ class Storm {
       case PlcCommandCode::LearnBackground:
         return 5'000'000;
       case PlcCommandCode::SelfTest:
+      case PlcCommandCode::SaveSnapshot:
+      case PlcCommandCode::GraspGood:
+      case PlcCommandCode::GraspBad:
         return 2'000'000;
       default:
         return std::int64_t{command.timeout_ms != 0 ? command.timeout_ms : kPresetTimeoutMs} * 1000;
