@@ -50,8 +50,8 @@ struct Finished {
 class DaemonProcess {
  public:
   struct Options {
-    std::vector<std::string> arguments;
-    std::vector<std::pair<std::string, std::string>> environment;
+    std::vector<std::string> arguments = {};
+    std::vector<std::pair<std::string, std::string>> environment = {};
     int listener = -1;  ///< handed over as systemd does
   };
 
