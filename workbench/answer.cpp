@@ -14,6 +14,12 @@ std::string reason_sentence(const Reason& reason) {
   return text.data();
 }
 
+std::vector<std::string> sentences(const RegistrationReport& report) {
+  std::vector<std::string> texts;
+  for (const Reason& reason : report.reasons.span()) texts.push_back(reason_sentence(reason));
+  return texts;
+}
+
 bool found_nothing(Code code) {
   return code >= Code::NoObjectAccepted && code <= Code::ContourDisagrees;
 }
@@ -26,6 +32,18 @@ nlohmann::ordered_json counts_json(const StageCounts& counts) {
           {"correspondences", counts.correspondences},
           {"after_rejection", counts.after_rejection},
           {"hypotheses", counts.hypotheses}};
+}
+
+nlohmann::ordered_json object_json(const RegistrationReport& object) {
+  nlohmann::ordered_json json;
+  json["status"] = object.accepted ? "accepted" : "rejected";
+  json["code"] = static_cast<unsigned>(object.code);
+  json["reasons"] = sentences(object);
+  if (object.has_pose) json["transform"] = pose_json(object.target_from_source);
+  json["fitness"] = object.fitness;
+  json["margin"] = object.margin;
+  json["quality"] = object.quality;
+  return json;
 }
 
 nlohmann::ordered_json stage_json(const StageTimes& stage_us) {
@@ -72,9 +90,11 @@ Answer answer_from_reports(const RegistrationReports& reports) {
   Answer answer;
   answer.seed = reports.seed;
   answer.stage_us = reports.stage_us;
+  answer.found = reports.found;
   if (reports.objects.empty()) {
     Answer none = answer_from_error({reports.code, Stage::None, 0});
     none.seed = reports.seed;
+    none.found = reports.found;
     none.stage_us = reports.stage_us;
     none.report.counts = reports.counts;
     return none;
@@ -87,11 +107,10 @@ Answer answer_from_reports(const RegistrationReports& reports) {
     }
   }
   answer.report = *best;
+  answer.objects.assign(reports.objects.begin(), reports.objects.end());
   answer.status = best->accepted ? Answer::Status::Accepted : Answer::Status::Rejected;
   answer.code = best->code;
-  for (const Reason& reason : best->reasons.span()) {
-    answer.reasons.push_back(reason_sentence(reason));
-  }
+  answer.reasons = sentences(*best);
   if (!best->accepted && answer.reasons.empty()) {
     answer.reasons.emplace_back(describe(best->code).text);
   }
@@ -123,6 +142,13 @@ nlohmann::ordered_json to_json(const Answer& answer) {
   json["reasons"] = answer.reasons;
   if (answer.status != Answer::Status::Error && report.has_pose) {
     json["transform"] = pose_json(report.target_from_source);
+  }
+  if (!answer.objects.empty()) {
+    json["found"] = answer.found;
+    json["reported"] = answer.objects.size();
+    for (const RegistrationReport& object : answer.objects) {
+      json["objects"].push_back(object_json(object));
+    }
   }
   json["fitness"] = report.fitness;
   json["rmse_m"] = report.rmse_m;

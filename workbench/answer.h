@@ -14,9 +14,11 @@ struct Answer {
 
   Status status = Status::Error;
   Code code = Code::InternalFault;
-  std::vector<std::string> reasons;  ///< a sentence each, empty when accepted
-  RegistrationReport report;         ///< defaults on error
-  std::string model;                 ///< name of the accepted or best model; "" for pairs
+  std::vector<std::string> reasons;         ///< a sentence each, empty when accepted
+  RegistrationReport report;                ///< defaults on error
+  std::vector<RegistrationReport> objects;  ///< all reported ones, best first; empty for pairs
+  std::uint32_t found = 0;                  ///< objects seen, whatever became of them
+  std::string model;                        ///< name of the accepted or best model; "" for pairs
   std::uint32_t seed = 0;
   StageTimes stage_us{};
   double total_ms = 0.0;  ///< decoded inputs in memory → verdict

@@ -1,15 +1,19 @@
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
+#include <numeric>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "base/file.h"
 #include "base/input_error.h"
 #include "workbench/commands.h"
+#include "workbench/evaluate/case_pictures.h"
 #include "workbench/evaluate/case_result.h"
 #include "workbench/evaluate/html_report.h"
 #include "workbench/evaluate/summary.h"
@@ -41,14 +45,31 @@ Shard parse_shard(const std::string& text) {
   return shard;
 }
 
+/// Registrars kept by a thread: cases come ordered by their model.
+constexpr std::size_t kKeptRegistrars = 2;
+
+/// Indices of all runs, those of one preset and source next to each other.
+std::vector<std::size_t> order_of(const std::vector<SuiteCase>& cases, std::size_t presets) {
+  std::vector<std::size_t> order(cases.size() * presets);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (a % presets != b % presets) return a % presets < b % presets;
+    return cases[a / presets].source < cases[b / presets].source;
+  });
+  return order;
+}
+
 std::vector<CaseResult> run_cases(const Suite& suite, const std::vector<SuiteCase>& cases,
                                   const std::vector<std::string>& presets, std::size_t jobs) {
   std::vector<CaseResult> results(cases.size() * presets.size());
+  const std::vector<std::size_t> order = order_of(cases, presets.size());
   std::atomic<std::size_t> next{0};
   Progress progress("evaluate", results.size());
   const auto work = [&] {
-    for (std::size_t i = next++; i < results.size(); i = next++) {
-      results[i] = run_case(suite, cases[i / presets.size()], presets[i % presets.size()]);
+    RegistrarStore store(kKeptRegistrars);
+    for (std::size_t turn = next++; turn < order.size(); turn = next++) {
+      const std::size_t i = order[turn];
+      results[i] = run_case(suite, cases[i / presets.size()], presets[i % presets.size()], store);
       progress.step();
     }
   };
@@ -59,11 +80,27 @@ std::vector<CaseResult> run_cases(const Suite& suite, const std::vector<SuiteCas
   return results;
 }
 
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.flush();
-  if (!stream) throw InputError(file.string() + ": can't be written");
+std::vector<CasePicture> draw(const std::vector<SuiteCase>& cases, std::size_t presets,
+                              const std::vector<CaseResult>& results, std::size_t count) {
+  std::vector<const SuiteCase*> case_of;
+  for (std::size_t i = 0; i < results.size(); ++i) case_of.push_back(&cases[i / presets]);
+  return draw_cases(results, case_of, count);
+}
+
+/// Names are the cases' own, with nothing in them that a file system takes amiss.
+void write_pictures(const fs::path& folder, const std::vector<CaseResult>& results,
+                    const std::vector<CasePicture>& pictures) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw InputError(folder.string() + ": can't be made: " + code.message());
+  for (const CasePicture& picture : pictures) {
+    std::string name = results[picture.result_i].preset + "-" + results[picture.result_i].id;
+    std::replace_if(
+        name.begin(), name.end(),
+        [](char c) { return std::string_view("/\\:*?\"<>| ").find(c) != std::string_view::npos; },
+        '_');
+    write_png(folder / (name + ".png"), picture.image);
+  }
 }
 
 void print_summary(const nlohmann::ordered_json& summary) {
@@ -83,12 +120,16 @@ int run_evaluate(std::span<const std::string> args) {
   std::string shard_text;
   std::vector<std::string> presets;
   std::int64_t jobs = 1;
+  std::int64_t pictures = 24;
+  bool as_files = false;
   Options options("evaluate", "Runs presets over a suite of cases with known truth.");
   options.positional("SUITE.toml", file, "the suite");
   options.list("--presets", presets,
                "names, numbers or files; without it the general one of each case's kind");
   options.required("-o,--output", folder, "folder for results.jsonl, summary.json, report.html");
   options.integer("--jobs", jobs, 1, 256, "cases run at once; results do not depend on it");
+  options.integer("--pictures", pictures, 0, 1000, "cases drawn in report.html");
+  options.flag("--picture-files", as_files, "also write each picture to DIR/pictures/CASE.png");
   options.value("--shard", shard_text, "I/N: only every N-th case, beginning with the I-th");
   if (!options.parse(args)) return 0;
 
@@ -109,9 +150,13 @@ int run_evaluate(std::span<const std::string> args) {
   std::string lines;
   for (const CaseResult& result : results) lines += to_json(result).dump() + "\n";
   const nlohmann::ordered_json summary = summary_of(suite, results);
-  write_file(fs::path(folder) / "results.jsonl", lines);
-  write_file(fs::path(folder) / "summary.json", summary.dump(2) + "\n");
-  write_file(fs::path(folder) / "report.html", html_report(summary, results));
+  write_file(fs::path(folder) / "results.jsonl", std::string_view(lines));
+  write_file(fs::path(folder) / "summary.json", std::string_view(summary.dump(2) + "\n"));
+  const std::vector<CasePicture> drawn =
+      draw(cases, presets.size(), results, static_cast<std::size_t>(pictures));
+  if (as_files) write_pictures(fs::path(folder) / "pictures", results, drawn);
+  write_file(fs::path(folder) / "report.html",
+             std::string_view(html_report(summary, results, drawn)));
   print_summary(summary);
   return 0;
 }

@@ -8,6 +8,7 @@
 #include "pipeline/registrar.h"
 #include "workbench/answer.h"
 #include "workbench/input.h"
+#include "workbench/registrar_store.h"
 
 namespace grapnel {
 
@@ -29,9 +30,10 @@ struct JobInputs {
 /// The limits of the preset are raised to what the inputs need.
 class Job {
  public:
-  /// Throws InputError.
-  Job(const JobInputs& inputs, const std::string& preset,
-      const std::vector<std::string>& overrides);
+  /// Takes its registrar from `store`, which it is added to, or makes one of its own (nullptr). A
+  /// job on a store ends with the next job on it. Throws InputError.
+  Job(const JobInputs& inputs, const std::string& preset, const std::vector<std::string>& overrides,
+      RegistrarStore* store = nullptr);
   ~Job();
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;
@@ -41,6 +43,13 @@ class Job {
   /// The source's points with a reading, metres.
   [[nodiscard]] std::vector<Vec3f> source_points() const;
   [[nodiscard]] Symmetry symmetry() const noexcept { return symmetry_; }
+  /// What is looked for, nullptr for pairs.
+  [[nodiscard]] const Model* model() const noexcept {
+    return prepared_->model ? &*prepared_->model : nullptr;
+  }
+  [[nodiscard]] const Input& target() const noexcept { return target_; }
+  /// The view that is moved, nullptr for objects.
+  [[nodiscard]] const Input* source() const noexcept { return source_ ? &*source_ : nullptr; }
   [[nodiscard]] CloudData source_cloud() const;
   [[nodiscard]] CloudData target_cloud() const;
 
@@ -49,10 +58,10 @@ class Job {
   JobContext context_;
   MonotonicClock clock_;
   Symmetry symmetry_ = Symmetry::None;
-  std::optional<Model> model_;   // Object
   std::optional<Input> source_;  // Pair
   Input target_;
-  std::unique_ptr<Registrar> registrar_;
+  RegistrarStore own_{1};
+  PreparedRegistrar* prepared_ = nullptr;
 };
 
 /// True when NAME.toml lies beside a model NAME.ply or NAME.pcd.

@@ -13,6 +13,7 @@
 #include "workbench/evaluate/statistics.h"
 #include "workbench/job.h"
 #include "workbench/options.h"
+#include "workbench/picture/job_picture.h"
 #include "workbench/pose_text.h"
 
 namespace grapnel {
@@ -23,6 +24,7 @@ struct RegisterOptions {
   std::string preset;
   std::vector<std::string> overrides;
   std::string merged;
+  std::string picture;
   std::string simd;
   std::int64_t repeat = 1;
   bool json = false;
@@ -53,6 +55,8 @@ std::optional<RegisterOptions> parse(std::span<const std::string> args) {
   options.value("--simd", wanted.simd, "force this SIMD target");
   options.flag("--json", wanted.json, "one JSON object on stdout");
   options.value("-o,--output", wanted.merged, "write both clouds, source moved, as .ply or .pcd");
+  options.value("--picture", wanted.picture,
+                "write a .png: depth, the poses on it, what the measurement says of them");
   options.integer("--repeat", wanted.repeat, 1, 1000000, "runs in this process; adds percentiles");
   if (!options.parse(args)) return std::nullopt;
   if (object && pair) throw InputError("--object and --pair exclude each other");
@@ -93,6 +97,21 @@ void write_merged(const std::string& file, const Job& job, const Pose& target_fr
   append_moved(job.target_cloud(), Pose::Identity(), kTargetColor, merged);
   merged.width = static_cast<int>(merged.size());
   write_cloud(file, merged);
+}
+
+/// Every accepted object, or the best pose when none is.
+void write_picture(const std::string& file, const Job& job, const Answer& answer) {
+  constexpr int kPanel_px = 480;
+  std::vector<Pose> poses;
+  for (const RegistrationReport& object : answer.objects) {
+    if (object.accepted && object.has_pose) poses.push_back(object.target_from_source);
+  }
+  if (poses.empty() && answer.report.has_pose) poses.push_back(answer.report.target_from_source);
+  PictureParams params;
+  params.panel_px = kPanel_px;
+  params.whole_image = poses.size() > 1;
+  write_png(file,
+            draw_job({&job.target(), job.model(), job.source()}, poses, std::nullopt, params));
 }
 
 void print_text(const RegisterOptions& wanted, const Answer& answer,
@@ -146,6 +165,7 @@ int run_register(std::span<const std::string> args) {
   if (!wanted->merged.empty() && answer.report.has_pose) {
     write_merged(wanted->merged, job, answer.report.target_from_source);
   }
+  if (!wanted->picture.empty()) write_picture(wanted->picture, job, answer);
   if (wanted->json) {
     print_json(*wanted, answer, total_ms);
   } else {

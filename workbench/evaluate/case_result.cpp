@@ -6,22 +6,9 @@
 #include "base/input_error.h"
 #include "pipeline/registrar.h"
 #include "workbench/evaluate/many_case.h"
-#include "workbench/job.h"
 
 namespace grapnel {
 namespace {
-
-JobInputs inputs_of(const SuiteCase& one) {
-  JobInputs inputs;
-  inputs.kind = one.kind == CaseKind::Scene ? JobKind::Object : JobKind::Pair;
-  inputs.source = one.source;
-  inputs.target = one.target;
-  inputs.source_options = {one.camera, one.source_color};
-  inputs.target_options = {one.camera, one.color};
-  inputs.symmetry = one.symmetry;
-  inputs.initial = one.initial;
-  return inputs;
-}
 
 std::string general_preset(CaseKind kind) { return kind == CaseKind::Scene ? "object" : "pair"; }
 
@@ -47,7 +34,20 @@ nlohmann::ordered_json view_json(const ViewResult& view) {
 
 }  // namespace
 
-CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string& preset) {
+JobInputs inputs_of(const SuiteCase& one) {
+  JobInputs inputs;
+  inputs.kind = one.kind == CaseKind::Scene ? JobKind::Object : JobKind::Pair;
+  inputs.source = one.source;
+  inputs.target = one.target;
+  inputs.source_options = {one.camera, one.source_color};
+  inputs.target_options = {one.camera, one.color};
+  inputs.symmetry = one.symmetry;
+  inputs.initial = one.initial;
+  return inputs;
+}
+
+CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string& preset,
+                    RegistrarStore& store) {
   CaseResult result;
   result.id = one.id;
   result.group = one.group;
@@ -59,7 +59,7 @@ CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string&
       run_many_case(suite, one, preset == "default" ? general_preset(one.kind) : preset, result);
       return result;
     }
-    Job job(inputs_of(one), preset == "default" ? general_preset(one.kind) : preset, {});
+    Job job(inputs_of(one), preset == "default" ? general_preset(one.kind) : preset, {}, &store);
     result.answer = job.run();
     judge(suite, one, job, result);
   } catch (const InputError& error) {

@@ -8,6 +8,8 @@
 #include "workbench/answer.h"
 #include "workbench/evaluate/pose_error.h"
 #include "workbench/evaluate/suite.h"
+#include "workbench/job.h"
+#include "workbench/registrar_store.h"
 
 namespace grapnel {
 
@@ -38,10 +40,13 @@ struct CaseResult {
   }
 };
 
+/// What a case asks of a job. Precondition: not of kind many.
+[[nodiscard]] JobInputs inputs_of(const SuiteCase& one);
+
 /// Runs one case. `preset` "default" takes the general one of the case's kind. Never throws: what
 /// can't be read becomes a result with status error.
 [[nodiscard]] CaseResult run_case(const Suite& suite, const SuiteCase& one,
-                                  const std::string& preset);
+                                  const std::string& preset, RegistrarStore& store);
 
 /// A line of results.jsonl.
 [[nodiscard]] nlohmann::ordered_json to_json(const CaseResult& result);

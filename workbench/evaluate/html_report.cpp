@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <vector>
 
-#include "base/code.h"
 #include "base/math.h"
+#include "workbench/evaluate/html_tables.h"
+#include "workbench/picture/scene_picture.h"
 
 namespace grapnel {
 namespace {
@@ -14,112 +13,71 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kWorstCases = 50;
+constexpr double kDegrees = 180.0 / math::kPi;
+constexpr const char* kMarks[] = {"false accept", "error", "missed", ""};
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
+std::string reasons_of(const CaseResult& result) {
+  std::string text;
+  for (const std::string& reason : result.answer.reasons) {
+    text += (text.empty() ? "" : "; ") + html_escaped(reason);
   }
-  return out;
-}
-
-std::string number(double value, int digits) {
-  if (!std::isfinite(value)) return "–";
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
   return text;
 }
 
-std::string number(const Json& value, double scale, int digits) {
-  return value.is_number() ? number(value.get<double>() * scale, digits) : "–";
+std::string error_text(const CaseResult& result) {
+  if (!result.error) return "no true pose";
+  return html_number(result.error->mean_displacement_m * 1e3, 2) + " mm, " +
+         html_number(result.error->rotation_rad * kDegrees, 2) + "°";
 }
 
-std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
-
-std::string row_of_preset(const std::string& name, const Json& p) {
-  constexpr double kDegrees = 180.0 / math::kPi;
-  std::string row = "<tr><th scope=row>" + escaped(name) + "</th>";
-  for (const char* key : {"cases", "accepted_right", "accepted_wrong", "rejected_right",
-                          "rejected_wrong", "errors", "raw_right"}) {
-    row += cell(number(p[key], 1.0, 0));
-  }
-  row += cell(number(p["recall"], 100.0, 1));
-  row += cell(number(p["false_accept_rate_upper_95"], 100.0, 2));
-  row += cell(number(p["translation_m"]["median"], 1e3, 2) + " / " +
-              number(p["translation_m"]["max"], 1e3, 2));
-  row += cell(number(p["rotation_rad"]["median"], kDegrees, 2) + " / " +
-              number(p["rotation_rad"]["max"], kDegrees, 2));
-  row += cell(number(p["total_ms"]["p50"], 1.0, 1) + " / " + number(p["total_ms"]["p99"], 1.0, 1));
-  return row + "</tr>\n";
+std::string swatch(const Rgb8& color, const char* meaning) {
+  return "<span class=s style='background:rgb(" + std::to_string(color.r) + "," +
+         std::to_string(color.g) + "," + std::to_string(color.b) + ")'></span>" + meaning + " ";
 }
 
-std::string code_rows(const std::string& name, const Json& p) {
-  std::string rows;
-  for (const auto& [code, count] : p["codes"].items()) {
-    const auto value = static_cast<Code>(std::stoul(code));
-    rows += "<tr>" + cell(escaped(name)) + cell(code) +
-            cell(std::string(value == Code::Ok ? "" : describe(value).text)) + cell(count.dump()) +
-            "</tr>\n";
-  }
-  return rows;
+std::string legend() {
+  return "<p>Left: depth. Middle: " + swatch(kFoundColor, "pose found") +
+         swatch(kTruthColor, "true pose") +
+         ". Right, by pixel of the pose found: " + swatch(kMatchedColor, "matched") +
+         swatch(kContradictedColor, "contradicted (measured behind it)") +
+         swatch(kOccludedColor, "occluded (measured before it)") +
+         swatch(kUnknownColor, "unknown (no reading)") + "</p>\n";
 }
 
-/// Smaller is worse.
-int rank(const CaseResult& result) {
-  if (result.false_accept()) return 0;
-  if (result.failed()) return 1;
-  if (result.expect == Expect::Accept && !result.accepted()) return 2;
-  return 3;
-}
-
-double error_m(const CaseResult& result) {
-  return result.error ? result.error->mean_displacement_m : 0.0;
+std::string figure_of(const CaseResult& result, const RgbImage& image) {
+  const int rank = rank_of(result);
+  std::string caption = "<b>" + html_escaped(result.id) + "</b>, " + html_escaped(result.preset) +
+                        ", expected: " + expect_name(result.expect) + ", " +
+                        status_name(result.answer.status) + " " +
+                        std::to_string(static_cast<unsigned>(result.answer.code));
+  if (rank < 3) caption += ", <em>" + std::string(kMarks[rank]) + "</em>";
+  caption += "; " + error_text(result);
+  const std::string reasons = reasons_of(result);
+  if (!reasons.empty()) caption += "<br>" + reasons;
+  return "<figure class=r" + std::to_string(rank) + "><img alt='depth, pose, samples' src='" +
+         "data:image/png;base64," + base64(png_of(image)) + "'><figcaption>" + caption +
+         "</figcaption></figure>\n";
 }
 
 std::string row_of_case(const CaseResult& result) {
-  constexpr double kDegrees = 180.0 / math::kPi;
-  static constexpr const char* kMarks[] = {"false accept", "error", "missed", ""};
-  std::string reasons;
-  for (const std::string& reason : result.answer.reasons) {
-    reasons += (reasons.empty() ? "" : "; ") + reason;
+  const std::string rank = std::to_string(rank_of(result));
+  std::string row = "<tr class=r" + rank + ">";
+  for (const std::string& cell :
+       {html_escaped(result.id), html_escaped(result.preset), std::string(kMarks[rank_of(result)]),
+        std::string(status_name(result.answer.status)),
+        std::to_string(static_cast<unsigned>(result.answer.code)), error_text(result),
+        html_number(result.answer.report.fitness, 3), html_number(result.answer.report.margin, 3),
+        html_number(result.answer.total_ms, 1), reasons_of(result)}) {
+    row += "<td>" + cell + "</td>";
   }
-  const std::string error_mm = result.error ? number(error_m(result) * 1e3, 2) : "–";
-  const std::string error_deg =
-      result.error ? number(result.error->rotation_rad * kDegrees, 2) : "–";
-  return "<tr class=r" + std::to_string(rank(result)) + ">" + cell(escaped(result.id)) +
-         cell(escaped(result.preset)) + cell(kMarks[rank(result)]) +
-         cell(status_name(result.answer.status)) +
-         cell(std::to_string(static_cast<unsigned>(result.answer.code))) + cell(error_mm) +
-         cell(error_deg) + cell(number(result.answer.report.fitness, 3)) +
-         cell(number(result.answer.report.margin, 3)) + cell(number(result.answer.total_ms, 1)) +
-         cell(escaped(reasons)) + "</tr>\n";
+  return row + "</tr>\n";
 }
 
-std::string worst_rows(std::span<const CaseResult> results) {
-  std::vector<const CaseResult*> order;
-  for (const CaseResult& result : results) order.push_back(&result);
-  std::stable_sort(order.begin(), order.end(), [](const CaseResult* a, const CaseResult* b) {
-    if (rank(*a) != rank(*b)) return rank(*a) < rank(*b);
-    return error_m(*a) > error_m(*b);
-  });
+std::string worst_rows(const std::vector<CaseResult>& results) {
+  std::vector<std::size_t> order = worst_first(results);
   order.resize(std::min(order.size(), kWorstCases));
   std::string rows;
-  for (const CaseResult* result : order) rows += row_of_case(*result);
+  for (const std::size_t i : order) rows += row_of_case(results[i]);
   return rows;
 }
 
@@ -130,36 +88,35 @@ body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:80rem;padding
 table{border-collapse:collapse;width:100%;margin:.5rem 0 2rem}
 th,td{border-bottom:1px solid #d5dbe2;padding:.3rem .6rem;text-align:left;vertical-align:top}
 thead th{background:#eef1f5}
-.r0 td{background:#fbe3e1}.r1 td,.r2 td{background:#fdf3dc}
+.r0 td,figure.r0{background:#fbe3e1}.r1 td,.r2 td,figure.r2{background:#fdf3dc}
+figure{display:inline-block;width:42rem;max-width:100%;margin:.5rem;padding:.5rem;vertical-align:top}
+figure img{max-width:100%}figcaption{font-size:13px}
+.s{display:inline-block;width:.9em;height:.9em;margin:0 .3em -.1em .6em}
 </style>
 )";
 
 }  // namespace
 
-std::string html_report(const Json& summary, std::span<const CaseResult> results) {
-  const std::string name = escaped(summary["suite"].get<std::string>());
-  std::string presets;
-  std::string codes;
-  for (const auto& [preset, entry] : summary["presets"].items()) {
-    presets += row_of_preset(preset, entry);
-    codes += code_rows(preset, entry);
-  }
+std::string html_report(const Json& summary, const std::vector<CaseResult>& results,
+                        const std::vector<CasePicture>& pictures) {
+  const std::string name = html_escaped(summary["suite"].get<std::string>());
   std::string page = kHead;
   page += "<title>" + name + "</title>\n<h1>" + name + "</h1>\n<p>A pose is right within " +
-          number(summary["tolerance_m"], 1e3, 2) + " mm mean displacement and " +
-          number(summary["tolerance_rad"], 180.0 / math::kPi, 2) + "° rotation. SIMD target " +
-          escaped(summary["simd"].get<std::string>()) + ".</p>\n";
+          html_number(summary["tolerance_m"], 1e3, 2) + " mm mean displacement and " +
+          html_number(summary["tolerance_rad"], kDegrees, 2) + "° rotation. SIMD target " +
+          html_escaped(summary["simd"].get<std::string>()) + ".</p>\n";
+  page += html_summary(summary);
+  if (!pictures.empty()) {
+    page +=
+        "<h2>Pictures</h2>\n<p>Every false accept first, then the worst of each outcome.</p>\n" +
+        legend();
+    for (const CasePicture& picture : pictures) {
+      page += figure_of(results[picture.result_i], picture.image);
+    }
+  }
   page +=
-      "<h2>Presets</h2>\n<table><thead><tr><th>preset<th>cases<th>accepted right<th>false "
-      "accepts<th>rejected right<th>missed<th>errors<th>right before the verdict<th>recall "
-      "%<th>false accept rate, upper 95 % bound, %<th>displacement mm, median / max<th>rotation °, "
-      "median / max<th>time ms, p50 / p99</thead>\n" +
-      presets + "</table>\n";
-  page += "<h2>Codes</h2>\n<table><thead><tr><th>preset<th>code<th>meaning<th>cases</thead>\n" +
-          codes + "</table>\n";
-  page +=
-      "<h2>Worst cases</h2>\n<table><thead><tr><th>case<th>preset<th><th>status<th>code<th>error "
-      "mm<th>error °<th>fitness<th>margin<th>ms<th>reasons</thead>\n" +
+      "<h2>Worst cases</h2>\n<table><thead><tr><th>case<th>preset<th><th>status<th>code<th>error"
+      "<th>fitness<th>margin<th>ms<th>reasons</thead>\n" +
       worst_rows(results) + "</table>\n</html>\n";
   return page;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/registrar.h"
@@ -123,16 +124,22 @@ void add_times(std::span<const CaseResult> results, Json& json) {
 }
 
 /// Cases of one group are not independent, so the rates are also given per group, and as a bound
-/// over groups: a group with any false accept counts once, a case without group is its own.
+/// over groups: a group with any false accept counts once, one whose positives were all accepted
+/// right is a success, a case without group is its own.
 void add_groups(std::span<const CaseResult> results, Json& json) {
   std::vector<std::string> order;
   std::map<std::string, Tally> groups;
   std::size_t alone = 0;
   std::size_t alone_wrong = 0;
+  std::size_t positive = 0;
+  std::size_t all_right = 0;
   for (const CaseResult& result : results) {
     if (result.group.empty()) {
       ++alone;
       alone_wrong += result.false_accept() ? 1 : 0;
+      const bool wanted = result.expect == Expect::Accept;
+      positive += wanted ? 1 : 0;
+      all_right += wanted && result.accepted() && result.right ? 1 : 0;
       continue;
     }
     if (!groups.contains(result.group)) order.push_back(result.group);
@@ -145,13 +152,46 @@ void add_groups(std::span<const CaseResult> results, Json& json) {
     add_counts(groups[name], entry);
     add_rates(groups[name], entry);
     list[name] = entry;
-    wrong += groups[name].accepted_wrong > 0 ? 1 : 0;
+    const Tally& tally = groups[name];
+    wrong += tally.accepted_wrong > 0 ? 1 : 0;
+    positive += tally.positives > 0 ? 1 : 0;
+    const bool complete = tally.positives_accepted_right == tally.positives;
+    all_right += tally.positives > 0 && complete ? 1 : 0;
   }
   const std::size_t independent = alone + order.size();
   json["independent_groups"] = independent;
   json["false_accept_groups"] = wrong;
   json["false_accept_group_rate_upper_95"] = upper_bound_95(wrong, independent);
+  json["positive_groups"] = positive;
+  json["positive_groups_all_right"] = all_right;
+  json["positive_groups_all_right_95"] = interval_json(all_right, positive);
   json["groups"] = list;
+}
+
+/// What the verdict made of right poses, wrong ones and none, by what was expected: each count with
+/// the cases it is of.
+Json confusion_json(std::span<const CaseResult> results) {
+  Json rows = Json::array();
+  for (const Expect expect : {Expect::Accept, Expect::Either, Expect::Reject}) {
+    for (const char* pose : {"right", "wrong", "none"}) {
+      std::size_t of_status[3] = {};
+      for (const CaseResult& result : results) {
+        const bool none = !result.answer.report.has_pose;
+        const char* found = none ? "none" : result.right ? "right" : "wrong";
+        if (result.expect != expect || std::string_view(found) != pose) continue;
+        ++of_status[static_cast<std::size_t>(result.answer.status)];
+      }
+      const std::size_t sum = of_status[0] + of_status[1] + of_status[2];
+      if (sum == 0) continue;
+      rows.push_back({{"expect", expect_name(expect)},
+                      {"pose", pose},
+                      {"cases", sum},
+                      {"accepted", of_status[0]},
+                      {"rejected", of_status[1]},
+                      {"error", of_status[2]}});
+    }
+  }
+  return rows;
 }
 
 Json codes_json(std::span<const CaseResult> results) {
@@ -173,6 +213,7 @@ Json summarise(std::span<const CaseResult> results) {
   add_errors(results, json);
   add_times(results, json);
   json["codes"] = codes_json(results);
+  json["confusion"] = confusion_json(results);
   add_groups(results, json);
   return json;
 }

@@ -67,6 +67,38 @@ TEST(Summary, CountsAGroupWithFalseAcceptsOnce) {
   EXPECT_DOUBLE_EQ(json["groups"]["a"]["recall"], 0.5);
 }
 
+TEST(Summary, AGroupIsASuccessWhenAllItsPositivesAreAcceptedRight) {
+  std::vector<CaseResult> results = mixed_results();
+  results.push_back(result_of(Expect::Accept, Accepted, true, "d"));
+  results.push_back(result_of(Expect::Accept, Accepted, true, "d"));
+  results.push_back(result_of(Expect::Accept, Accepted, true, ""));
+  const nlohmann::ordered_json json = summarise(results);
+  // a and b miss some, d does not, the case without group is its own; c has no positive.
+  EXPECT_EQ(json["positive_groups"], 4);
+  EXPECT_EQ(json["positive_groups_all_right"], 2);
+}
+
+TEST(Summary, TellsWhatTheVerdictMadeOfRightAndWrongPoses) {
+  std::vector<CaseResult> results = mixed_results();
+  for (CaseResult& result : results) result.answer.report.has_pose = true;
+  results[5].answer.report.has_pose = false;
+  const nlohmann::ordered_json rows = summarise(results)["confusion"];
+  std::size_t cases = 0;
+  for (const auto& row : rows) {
+    cases += row["cases"].get<std::size_t>();
+    EXPECT_EQ(row["cases"],
+              row["accepted"].get<int>() + row["rejected"].get<int>() + row["error"].get<int>());
+    if (row["expect"] == "accept" && row["pose"] == "wrong") {
+      EXPECT_EQ(row["accepted"], 1);
+      EXPECT_EQ(row["error"], 1);
+    }
+    if (row["expect"] == "reject" && row["pose"] == "none") {
+      EXPECT_EQ(row["rejected"], 1);
+    }
+  }
+  EXPECT_EQ(cases, results.size());
+}
+
 TEST(Summary, MeasuresErrorsOfAcceptedPosesOnly) {
   const nlohmann::ordered_json json = summarise(mixed_results());
   EXPECT_DOUBLE_EQ(json["translation_m"]["max"], 0.5);
@@ -113,10 +145,29 @@ TEST(HtmlReport, ListsFalseAcceptsFirstAndEscapesNames) {
   std::vector<CaseResult> results = mixed_results();
   results[4].id = "negative-rejected";
   results[6].id = "negative-accepted";
-  const std::string page = html_report(summary_of(suite, results), results);
+  const std::string page = html_report(summary_of(suite, results), results, {});
   EXPECT_NE(page.find("&lt;b&gt;"), std::string::npos);
   EXPECT_LT(page.find("negative-accepted"), page.find("negative-rejected"));
   EXPECT_EQ(page.find("http"), std::string::npos);
+}
+
+TEST(HtmlReport, HoldsItsPicturesItself) {
+  Suite suite;
+  suite.name = "one";
+  const std::vector<CaseResult> results = {result_of(Expect::Accept, Accepted, false, "")};
+  const std::vector<CasePicture> pictures = {{0, RgbImage(4, 3, {10, 20, 30})}};
+  const std::string page = html_report(summary_of(suite, results), results, pictures);
+  // Every PNG begins with these bytes.
+  EXPECT_NE(page.find("src='data:image/png;base64,iVBORw0KGgo"), std::string::npos);
+  EXPECT_NE(page.find("false accept"), std::string::npos);
+}
+
+TEST(WorstFirst, PutsFalseAcceptsBeforeMissesBeforeLargeErrors) {
+  const std::vector<CaseResult> results = {result_of(Expect::Accept, Accepted, true, ""),
+                                           result_of(Expect::Accept, Rejected, false, ""),
+                                           result_of(Expect::Reject, Accepted, false, ""),
+                                           result_of(Expect::Either, Rejected, false, "")};
+  EXPECT_EQ(worst_first(results), (std::vector<std::size_t>{2, 1, 3, 0}));
 }
 
 }  // namespace

@@ -1,0 +1,82 @@
+// `grapnel evaluate` on a small simulated set, from the outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/temp_folder.h"
+#include "tests/workbench/text_file.h"
+
+namespace grapnel {
+namespace {
+
+using test::run_command;
+using test::TempFolder;
+using test::text_of;
+using testing::HasSubstr;
+
+std::vector<nlohmann::json> lines_of(const std::filesystem::path& file) {
+  std::vector<nlohmann::json> lines;
+  std::istringstream text(text_of(file));
+  for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+  // What a run measures of itself differs from run to run.
+  for (nlohmann::json& line : lines) {
+    line.erase("stage_ms");
+    line.erase("total_ms");
+  }
+  return lines;
+}
+
+/// Three cartons of two sizes and two empty belts or wrong parts, made once.
+const TempFolder& small_set() {
+  static const TempFolder folder;
+  static const int code =
+      run_command({"simulate", "--set-of", "carton", "--split", "tune", "--positives", "3",
+                   "--either", "0", "--negatives", "2", "--instances", "2", "-o", folder / "set"})
+          .code;
+  EXPECT_EQ(code, 0);
+  return folder;
+}
+
+TEST(EvaluateCommand, DrawsCasesIntoOnePageThatNeedsNothingElse) {
+  const TempFolder out;
+  const auto run = run_command({"evaluate", small_set() / "set/suite.toml", "--presets", "carton",
+                                "-o", out / "all", "--picture-files"});
+  ASSERT_EQ(run.code, 0) << run.error;
+  const std::string page = text_of(out / "all/report.html");
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
+  EXPECT_THAT(page, HasSubstr("What the verdict made of the poses found"));
+  EXPECT_EQ(page.find("http"), std::string::npos);
+  std::size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(out / "all/pictures")) {
+    files += file.path().extension() == ".png" ? 1 : 0;
+  }
+  EXPECT_EQ(files, 5U);
+}
+
+TEST(EvaluateCommand, AnswersTheSameInOneJobInTwoAndInShards) {
+  const TempFolder out;
+  const std::string suite = small_set() / "set/suite.toml";
+  const auto results = [&](const std::string& name, std::vector<std::string> more) {
+    std::vector<std::string> args = {"evaluate", suite,      "--presets",  "carton",
+                                     "-o",       out / name, "--pictures", "0"};
+    args.insert(args.end(), more.begin(), more.end());
+    EXPECT_EQ(run_command(args).code, 0);
+    return lines_of(out / name / "results.jsonl");
+  };
+  const std::vector<nlohmann::json> one = results("one", {"--jobs", "1"});
+  ASSERT_EQ(one.size(), 5U);
+  EXPECT_EQ(one, results("two", {"--jobs", "2"}));
+  const std::vector<nlohmann::json> odd = results("odd", {"--shard", "1/2"});
+  const std::vector<nlohmann::json> even = results("even", {"--shard", "2/2"});
+  ASSERT_EQ(odd.size() + even.size(), 5U);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i], i % 2 == 0 ? odd[i / 2] : even[i / 2]) << i;
+  }
+}
+
+}  // namespace
+}  // namespace grapnel
