@@ -5,6 +5,7 @@
 
 #include "base/input_error.h"
 #include "pipeline/registrar.h"
+#include "workbench/evaluate/consistency.h"
 #include "workbench/evaluate/many_case.h"
 
 namespace grapnel {
@@ -19,6 +20,9 @@ void judge(const Suite& suite, const SuiteCase& one, const Job& job, CaseResult&
       pose_error(report.target_from_source, *one.truth, job.symmetry(), job.source_points());
   result.right = result.error->mean_displacement_m <= suite.tolerance_m &&
                  result.error->rotation_rad <= suite.tolerance_rad;
+  if (!result.right) return;
+  result.nees = normalised_squared_errors(report.target_from_source, result.error->nearest_truth,
+                                          report.covariance, job.symmetry(), job.source_points());
 }
 
 nlohmann::ordered_json view_json(const ViewResult& view) {
@@ -83,6 +87,7 @@ nlohmann::ordered_json to_json(const CaseResult& result) {
   json["error_rad"] = result.error ? nlohmann::ordered_json(result.error->rotation_rad)
                                    : nlohmann::ordered_json(nullptr);
   json["right"] = result.right;
+  if (result.nees) json["nees"] = *result.nees;
   for (const ViewResult& view : result.views) json["views"].push_back(view_json(view));
   return json;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -30,7 +31,8 @@ struct CaseResult {
   Answer answer;
   std::optional<PoseError> error;  ///< where there is a truth and a pose; of many the worst view's
   std::vector<ViewResult> views;   ///< of a case of many
-  bool right = false;              ///< within both tolerances
+  std::optional<std::array<double, 6>> nees;  ///< of a right pose: normalised_squared_errors()
+  bool right = false;                         ///< within both tolerances
 
   [[nodiscard]] bool accepted() const noexcept { return answer.status == Answer::Status::Accepted; }
   [[nodiscard]] bool failed() const noexcept { return answer.status == Answer::Status::Error; }

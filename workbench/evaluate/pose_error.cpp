@@ -77,7 +77,7 @@ PoseError pose_error(const Pose& found, const Pose& truth, Symmetry symmetry,
     const Pose equivalent = truth * motion;
     const double displacement_m = mean_displacement_m(found, equivalent, source_points);
     if (displacement_m < best.mean_displacement_m) {
-      best = {displacement_m, rotation_angle_rad(found, equivalent)};
+      best = {displacement_m, rotation_angle_rad(found, equivalent), equivalent};
     }
   }
   return best;

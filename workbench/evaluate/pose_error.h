@@ -12,6 +12,7 @@ namespace grapnel {
 struct PoseError {
   double mean_displacement_m = 0.0;  ///< of the source's points
   double rotation_rad = 0.0;
+  Pose nearest_truth = Pose::Identity();  ///< of the equivalent true poses the one compared with
 };
 
 /// The motions of a source onto itself under `symmetry`, about the axes through its own origin. A

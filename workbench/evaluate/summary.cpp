@@ -1,6 +1,8 @@
 #include "workbench/evaluate/summary.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string_view>
@@ -99,6 +101,26 @@ void add_errors(std::span<const CaseResult> results, Json& json) {
   }
   json["translation_m"] = error_json(translation_m);
   json["rotation_rad"] = error_json(rotation_rad);
+}
+
+/// Mean over the right accepted poses, per axis; null where no pose of the kind was measured.
+void add_consistency(std::span<const CaseResult> results, Json& json) {
+  constexpr std::array<const char*, 6> kAxes = {"x", "y", "z", "rx", "ry", "rz"};
+  Json nees = Json::object();
+  std::size_t poses = 0;
+  for (const CaseResult& result : results) poses += result.accepted() && result.nees ? 1 : 0;
+  for (std::size_t i = 0; i < kAxes.size(); ++i) {
+    double sum = 0.0;
+    std::size_t known = 0;
+    for (const CaseResult& result : results) {
+      if (!result.accepted() || !result.nees || !std::isfinite((*result.nees)[i])) continue;
+      sum += (*result.nees)[i];
+      ++known;
+    }
+    nees[kAxes[i]] = known == 0 ? Json(nullptr) : Json(sum / static_cast<double>(known));
+  }
+  nees["poses"] = poses;
+  json["nees"] = nees;
 }
 
 void add_times(std::span<const CaseResult> results, Json& json) {
@@ -211,6 +233,7 @@ Json summarise(std::span<const CaseResult> results) {
   add_counts(tally, json);
   add_rates(tally, json);
   add_errors(results, json);
+  add_consistency(results, json);
   add_times(results, json);
   json["codes"] = codes_json(results);
   json["confusion"] = confusion_json(results);
