@@ -314,9 +314,18 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     findings.tolerance_m = std::max(3.0 * sigma_m, floor_m);
     const Intrinsics& grid = s_.object.surface.grid.intrinsics;
     const double pixels_per_point = view_.intrinsics.fx * view_.intrinsics.fy / (grid.fx * grid.fy);
-    const double shared =
-        std::max(1.0, s_.stages.params.general.shared_error_px / pixels_per_point);
-    report.covariance = pose_covariance(best.refined, sigma_m, shared);
+    const GeneralParams& general = s_.stages.params.general;
+    ReadingErrors errors;
+    errors.sigma_m = sigma_m;
+    errors.readings_per_error = std::max(1.0, general.pose_error_px / pixels_per_point);
+    errors.common_lateral_m =
+        general.common_error_px * static_cast<double>(z_m) / (view_.intrinsics.fx * view_.stride);
+    errors.common_depth_m = general.common_error_sigmas * sigma_m;
+    Mat6d information = best.refined.information;
+    if (const int axis = free_axis(model.symmetry); axis >= 0) {
+      take_turn_as_known(pose.translation(), pose.linear().col(axis), information);
+    }
+    report.covariance = pose_covariance(information, errors);
     Pose frame = pose * s_.grasp[model_i];
     if (s_.preset.models[model_i].grasps.front().required.empty()) {
       frame.translation() = pose * model.centre;

@@ -8,6 +8,7 @@
 #include "base/insertion_sort.h"
 #include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/judge/covariance.h"
+#include "pipeline/judge/overlap_information.h"
 #include "pipeline/refine/normal_equations.h"
 
 namespace grapnel {
@@ -291,6 +292,23 @@ void PairJob::verify(const Surface& source, const Surface& target) noexcept {
                  [](const PairCandidate& a, const PairCandidate& b) { return a.worth > b.worth; });
 }
 
+ReadingErrors PairJob::reading_errors(const Surface& target, double z_m,
+                                      double sigma_m) const noexcept {
+  ReadingErrors errors;
+  errors.sigma_m = sigma_m;
+  const Intrinsics& camera = target.grid.intrinsics;
+  if (!target.organised() || !camera.valid()) return errors;
+  const GeneralParams& general = s_.stages.params.general;
+  const double pixel_m2 = z_m * z_m / (camera.fx * camera.fy);
+  const double spacing_m = p_.source.fine.spacing_m;
+  errors.readings_per_error =
+      std::max(1.0, general.pose_error_px * pixel_m2 / (spacing_m * spacing_m));
+  // Both views err.
+  errors.common_lateral_m = general.common_error_px * std::sqrt(2.0 * pixel_m2);
+  errors.common_depth_m = general.common_error_sigmas * sigma_m;
+  return errors;
+}
+
 double PairJob::margin() const noexcept {
   if (p_.candidates.empty() || !(p_.candidates[0].worth > 0.0)) return 0.0;
   for (std::size_t i = 1; i < p_.candidates.size(); ++i) {
@@ -325,8 +343,10 @@ void PairJob::judge(const Surface& source, const Surface& target,
         std::max(s_.stages.params.general.sigma_1m_m * z_m * z_m * std::sqrt(2.0),
                  findings.tolerance_m / 3.0);
     findings.tolerance_m = std::max(3.0 * sigma_m, findings.tolerance_m);
-    // A thinned point is the mean of readings that share an error: it counts once.
-    report.covariance = pose_covariance(best.refined, sigma_m, 1.0);
+    const OverlapView fixed{&target, &p_.target.fine, &p_.target.table};
+    const Mat6d information =
+        overlap_information(p_.source.fine, fixed, pose, 2.0 * p_.target.fine.spacing_m);
+    report.covariance = pose_covariance(information, reading_errors(target, z_m, sigma_m));
     Pose frame = Pose::Identity();
     frame.translation() = pose * centre_;
     const Uncertainty uncertainty =

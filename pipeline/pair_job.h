@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/error.h"
 #include "base/rng.h"
+#include "pipeline/judge/covariance.h"
 #include "pipeline/judge/overlap.h"
 #include "pipeline/registrar_state.h"
 
@@ -31,6 +32,8 @@ class PairJob {
                                            const Pose& target_from_source) noexcept;
   [[nodiscard]] bool distinct(const Pose& a, const Pose& b) const noexcept;
   [[nodiscard]] double margin() const noexcept;
+  [[nodiscard]] ReadingErrors reading_errors(const Surface& target, double z_m,
+                                             double sigma_m) const noexcept;
   [[nodiscard]] PoseScore rating(double tolerance_m) const noexcept;
 
   RegistrarState& s_;

@@ -103,6 +103,20 @@ bool equivalent(const Pose& a, const Pose& b, Symmetry symmetry, double toleranc
   return rotation_angle_rad(nearest_equivalent(a, b, symmetry), b) <= tolerance_rad;
 }
 
+int free_axis(Symmetry symmetry) noexcept {
+  switch (symmetry) {
+    case Symmetry::AxisX:
+      return 0;
+    case Symmetry::AxisY:
+      return 1;
+    case Symmetry::AxisZ:
+    case Symmetry::AxisZFlip:
+      return 2;
+    default:
+      return -1;
+  }
+}
+
 const char* symmetry_name(Symmetry symmetry) noexcept {
   return kNames[static_cast<std::size_t>(symmetry)].data();
 }

@@ -24,19 +24,29 @@ RequiredDirections required_directions(const std::vector<std::string>& names, Sy
     }
     return required;
   }
-  if (symmetry == Symmetry::AxisX) required.direction[3] = false;
-  if (symmetry == Symmetry::AxisY) required.direction[4] = false;
-  if (symmetry == Symmetry::AxisZ || symmetry == Symmetry::AxisZFlip) required.direction[5] = false;
+  if (const int axis = free_axis(symmetry); axis >= 0) required.direction[3 + axis] = false;
   return required;
 }
 
-Mat6d pose_covariance(const RefinedPose& pose, double sigma_m, double readings_per_error) noexcept {
-  const double variance = sigma_m * sigma_m * readings_per_error;
-  Mat6d information = pose.information;
-  const double strongest = information.diagonal().maxCoeff();
-  information.diagonal().array() += std::max(kLeastInformation * strongest, 1e-12);
-  const Mat6d inverse = information.ldlt().solve(Mat6d::Identity());
-  return variance * 0.5 * (inverse + inverse.transpose());
+Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noexcept {
+  const double variance = errors.sigma_m * errors.sigma_m * errors.readings_per_error;
+  Mat6d finite = information;
+  const double strongest = finite.diagonal().maxCoeff();
+  finite.diagonal().array() += std::max(kLeastInformation * strongest, 1e-12);
+  const Mat6d inverse = finite.ldlt().solve(Mat6d::Identity());
+  Mat6d covariance = variance * 0.5 * (inverse + inverse.transpose());
+  const double lateral = errors.common_lateral_m * errors.common_lateral_m;
+  covariance(0, 0) += lateral;
+  covariance(1, 1) += lateral;
+  covariance(2, 2) += errors.common_depth_m * errors.common_depth_m;
+  return covariance;
+}
+
+void take_turn_as_known(const Vec3d& point, const Vec3d& axis, Mat6d& information) noexcept {
+  // The motion of a turn ω about the line: at the origin it shifts by point × ω.
+  Vec6d turn;
+  turn << point.cross(axis), axis;
+  information += information.diagonal().maxCoeff() * turn * turn.transpose();
 }
 
 Uncertainty uncertainty_at(const Mat6d& covariance, const Pose& camera_from_frame,

@@ -17,10 +17,21 @@ struct RequiredDirections {
 [[nodiscard]] RequiredDirections required_directions(const std::vector<std::string>& names,
                                                      Symmetry symmetry);
 
-/// Predicted covariance of a pose: residual variance times the inverse information, times the
-/// number of readings that share an error (neighbouring pixels of structured light do).
-[[nodiscard]] Mat6d pose_covariance(const RefinedPose& pose, double sigma_m,
-                                    double readings_per_error) noexcept;
+/// Errors of a camera's readings, metres at the part's distance.
+struct ReadingErrors {
+  double sigma_m = 0.0;             ///< of one reading, along the view
+  double readings_per_error = 1.0;  ///< that share it: neighbouring pixels of structured light do
+  double common_lateral_m = 0.0;    ///< across the view, shared by all of a part's outline
+  double common_depth_m = 0.0;      ///< along the view, shared by all of a part
+};
+
+/// Predicted covariance of a pose: a reading's variance times the inverse information, times the
+/// number of readings that share an error; and what no number of readings averages out.
+[[nodiscard]] Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noexcept;
+
+/// Takes a turn about the line through `point` along `axis` (target frame) for known, as nothing
+/// depends on it: what little of it was measured must not reach the other directions.
+void take_turn_as_known(const Vec3d& point, const Vec3d& axis, Mat6d& information) noexcept;
 
 struct Uncertainty {
   double sigma_m = 0.0;    ///< 1-σ, weakest required translation

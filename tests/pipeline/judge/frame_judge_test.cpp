@@ -388,10 +388,9 @@ TEST(Verdict, ReasonsReadAsSentences) {
 }
 
 TEST(Covariance, OfAPlaneIsLargeAlongIt) {
-  RefinedPose pose;
-  pose.information = Mat6d::Identity() * 1e2;
-  pose.information(2, 2) = 1e6;
-  const Mat6d covariance = pose_covariance(pose, 0.001, 10.0);
+  Mat6d information = Mat6d::Identity() * 1e2;
+  information(2, 2) = 1e6;
+  const Mat6d covariance = pose_covariance(information, {0.001, 10.0, 0.0, 0.0});
   EXPECT_NEAR(covariance(2, 2), 1e-6 * 10.0 / 1e6, 1e-13);
   RequiredDirections only_z;
   for (bool& direction : only_z.direction) direction = false;
@@ -399,6 +398,25 @@ TEST(Covariance, OfAPlaneIsLargeAlongIt) {
   EXPECT_NEAR(uncertainty_at(covariance, Pose::Identity(), only_z).sigma_m, std::sqrt(1e-11), 1e-8);
   const Uncertainty all = uncertainty_at(covariance, Pose::Identity(), {});
   EXPECT_NEAR(all.sigma_m, std::sqrt(1e-7), 1e-6);
+}
+
+TEST(Covariance, KeepsWhatNoNumberOfReadingsAveragesOut) {
+  const Mat6d covariance = pose_covariance(Mat6d::Identity() * 1e12, {0.001, 1.0, 0.003, 0.002});
+  EXPECT_NEAR(covariance(0, 0), 9e-6, 1e-15);
+  EXPECT_NEAR(covariance(1, 1), 9e-6, 1e-15);
+  EXPECT_NEAR(covariance(2, 2), 4e-6, 1e-15);
+  EXPECT_NEAR(covariance(3, 3), 0.0, 1e-15);
+}
+
+TEST(Covariance, OfAKnownTurnReachesNoOtherDirection) {
+  // Known but for a turn about a line through (0.2, 0, 1) along z, which also shifts the origin.
+  Vec6d turn;
+  turn << 0.0, -0.2, 0.0, 0.0, 0.0, 1.0;
+  const Mat6d all = Mat6d::Identity() * 1e6;
+  Mat6d information = all - 1e6 * turn * turn.transpose() / turn.squaredNorm();
+  EXPECT_GT(pose_covariance(information, {0.001, 1.0, 0.0, 0.0})(1, 1), 1e-6);
+  take_turn_as_known(Vec3d(0.2, 0.0, 1.0), Vec3d::UnitZ(), information);
+  EXPECT_LT(pose_covariance(information, {0.001, 1.0, 0.0, 0.0})(1, 1), 2e-12);
 }
 
 TEST(Covariance, AFreeAxisIsNotRequired) {

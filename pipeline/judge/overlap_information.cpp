@@ -1,0 +1,86 @@
+#include "pipeline/judge/overlap_information.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/refine/normal_equations.h"
+
+namespace grapnel {
+namespace {
+
+// Normals farther apart than 45 degrees are not of one surface.
+constexpr float kCosNormal = 0.7F;
+// A direction keeps at least this share of what the strongest has, so that an inverse exists.
+constexpr double kLeastShare = 1e-8;
+
+using Matrix36 = Eigen::Matrix<double, 3, 6>;
+
+/// Sums over the matched points, about `centre`.
+struct Sums {
+  Mat6d information = Mat6d::Zero();
+  Mat6d per_variance = Mat6d::Zero();  ///< Σ of what a unit variance of the normals adds
+  double disagreement = 0.0;           ///< Σ (1 - cosine between partners' normals)
+  double arm_square_m2 = 0.0;
+  std::size_t points = 0;
+
+  void add(const Vec3d& arm, const Vec3d& normal, double cosine) noexcept {
+    Matrix36 moves;  // of the point, by the six motions
+    moves << Mat3d::Identity(), -skew(arm);
+    const Vec6d row = moves.transpose() * normal;
+    information.noalias() += row * row.transpose();
+    const Matrix36 across = moves - normal * row.transpose();
+    per_variance.noalias() += across.transpose() * across;
+    disagreement += 1.0 - cosine;
+    arm_square_m2 += arm.squaredNorm();
+    ++points;
+  }
+};
+
+/// `information` without what noise adds; no eigenvalue below kLeastShare of the largest, angles
+/// measured by the shift of a point one mean arm away.
+Mat6d without_noise(const Sums& sums) noexcept {
+  const auto count = static_cast<double>(sums.points);
+  const double arm_m = std::max(std::sqrt(sums.arm_square_m2 / count), 1e-9);
+  // Two unit normals, each off by σ about two axes, differ by |a - b|² = 2 (1 - cos) = 4 σ².
+  const double variance = 0.5 * sums.disagreement / count;
+  Vec6d scale;
+  scale << 1.0, 1.0, 1.0, 1.0 / arm_m, 1.0 / arm_m, 1.0 / arm_m;
+  const Mat6d scaled =
+      scale.asDiagonal() * (sums.information - variance * sums.per_variance) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Mat6d> solver(scaled);
+  const double least = kLeastShare * std::max(solver.eigenvalues()[5], 1e-12);
+  const Mat6d kept = solver.eigenvectors() * solver.eigenvalues().cwiseMax(least).asDiagonal() *
+                     solver.eigenvectors().transpose();
+  const Vec6d back = scale.cwiseInverse();
+  return back.asDiagonal() * kept * back.asDiagonal();
+}
+
+}  // namespace
+
+Mat6d overlap_information(const Surface& moved, const OverlapView& fixed,
+                          const Pose& fixed_from_moved, double reach_m) noexcept {
+  const Eigen::Matrix3f rotation = fixed_from_moved.linear().cast<float>();
+  const Vec3f shift = fixed_from_moved.translation().cast<float>();
+  Vec3d centre = Vec3d::Zero();
+  for (std::size_t i = 0; i < moved.size; ++i) centre += moved.point(i).cast<double>();
+  centre =
+      fixed_from_moved * Vec3d(centre / static_cast<double>(std::max<std::size_t>(moved.size, 1)));
+  Sums sums;
+  for (std::size_t i = 0; i < moved.size; ++i) {
+    if (!moved.has_normal(i)) continue;
+    const Vec3f p = rotation * moved.point(i) + shift;
+    const std::int32_t found = fixed.table->closest(p, static_cast<float>(reach_m));
+    if (found < 0 || !fixed.fine->has_normal(static_cast<std::size_t>(found))) continue;
+    const Vec3f normal = fixed.fine->normal(static_cast<std::size_t>(found));
+    const float cosine = normal.dot(rotation * moved.normal(i));
+    if (cosine < kCosNormal) continue;
+    sums.add(p.cast<double>() - centre, normal.cast<double>(), static_cast<double>(cosine));
+  }
+  if (sums.points == 0) return Mat6d::Zero();
+  Mat6d centre_from_origin = Mat6d::Identity();
+  centre_from_origin.topRightCorner<3, 3>() = -skew(centre);
+  return centre_from_origin.transpose() * without_noise(sums) * centre_from_origin;
+}
+
+}  // namespace grapnel
