@@ -7,8 +7,18 @@
 #include <sstream>
 #include <system_error>
 
+namespace grapnel {
+/// What the parser takes for granted did not hold: the text is at fault, in every kind of build.
+struct BrokenAssumption {};
+}  // namespace grapnel
 #define TOML_EXCEPTIONS 1
+#define TOML_ASSERT(expression) \
+  ((expression) ? static_cast<void>(0) : throw grapnel::BrokenAssumption())
+// Without this a release build takes its assertions for true, and undefined behaviour follows.
+#pragma push_macro("NDEBUG")
+#undef NDEBUG
 #include <toml++/toml.h>
+#pragma pop_macro("NDEBUG")
 
 #include "base/config_text.h"
 
@@ -86,6 +96,8 @@ ConfigTable parse(std::string_view text, const std::string& file_name) {
   } catch (const toml::parse_error& error) {
     throw InputError(one_line(where(file_name, static_cast<int>(error.source().begin.line)) +
                               ": not valid TOML: " + std::string(error.description())));
+  } catch (const BrokenAssumption&) {
+    throw InputError(one_line(file_name + ": not valid TOML: a key or value is cut off"));
   }
 }
 

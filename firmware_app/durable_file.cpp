@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
@@ -89,7 +90,8 @@ std::optional<std::vector<std::byte>> read_durable(const std::filesystem::path& 
   std::memcpy(&header, raw.data(), sizeof header);
   if (header.magic != kMagic) throw InputError(file.string() + ": not a state file");
   std::vector<std::byte> content(raw.size() - sizeof header);
-  std::memcpy(content.data(), raw.data() + sizeof header, content.size());
+  std::transform(raw.begin() + sizeof header, raw.end(), content.begin(),
+                 [](char byte) { return static_cast<std::byte>(byte); });
   if (header.bytes != content.size() || header.hash != hash_bytes(content)) {
     throw InputError(file.string() + ": damaged: length or hash differ");
   }

@@ -1,4 +1,5 @@
 #include "tests/system/daemon_process.h"
+#include "tests/support/sanitized.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -210,7 +211,7 @@ PlcReading Plc::read() {
 
 PlcAnswer Plc::send(PlcCommandCode code, PlcCommand command, bool wait) {
   command.code = static_cast<std::uint16_t>(code);
-  constexpr int kLimitMs = 20'000;
+  constexpr int kLimitMs = kSanitized ? 100'000 : 20'000;
   const Result<PlcAnswer> answer = client_.run(command, kLimitMs, wait);
   if (!answer) {
     ADD_FAILURE() << client_.problem();
@@ -228,7 +229,8 @@ std::uint32_t Plc::diagnostic(int k) {
 }
 
 bool eventually(const std::function<bool()>& happened, int limit_ms) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(limit_ms);
+  constexpr int kSlower = kSanitized ? 6 : 1;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(kSlower * limit_ms);
   while (!happened()) {
     if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

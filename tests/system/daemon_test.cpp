@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/sanitized.h"
 #include "tests/system/daemon_process.h"
 
 namespace grapnel::test {
@@ -48,9 +49,7 @@ TEST(Daemon, TriggersToAPoseThatIsRight) {
 }
 
 TEST(Daemon, CallsNoHeapAndFaultsNoPageOnItsRealTimeThreads) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer takes memory of its own";
-#endif
+  if (kSanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
   const Site site;
   DaemonProcess daemon(site);
   ASSERT_TRUE(daemon.wait_ready());
