@@ -4,7 +4,6 @@
 #include <cstring>
 #include <map>
 #include <optional>
-#include <span>
 #include <string_view>
 
 #include "base/config.h"
@@ -149,9 +148,15 @@ std::string job_text(const Snapshot& snapshot) {
   return table.text();
 }
 
-Pose pose_of(const std::vector<double>& rows) {
+Pose take_pose(ConfigReader& reader, const char* key) {
+  const std::vector<double> rows = reader.take_numbers(key, 16);
   Pose pose = Pose::Identity();
   for (int i = 0; i < 16; ++i) pose.matrix()(i / 4, i % 4) = rows[static_cast<std::size_t>(i)];
+  constexpr double kRigidTolerance = 1e-5;
+  if (!is_rigid(pose.matrix(), kRigidTolerance)) {
+    throw reader.problem(key,
+                         "not a rigid motion; a rotation, a translation and 0 0 0 1 are allowed");
+  }
   return pose;
 }
 
@@ -159,8 +164,13 @@ constexpr std::int64_t kAny32 = 0xffffffffLL;
 constexpr std::int64_t kAny64 = INT64_MAX;
 
 void read_frame(ConfigReader& reader, DepthFrame& frame) {
+  reader.require("intrinsics");
   const std::vector<double> k = reader.take_numbers("intrinsics", 4);
   frame.intrinsics = {frame.depth.width, frame.depth.height, k.at(0), k.at(1), k.at(2), k.at(3)};
+  if (!frame.intrinsics.valid()) {
+    throw reader.problem("intrinsics",
+                         "fx and fy above 0, and whole numbers of pixels are allowed");
+  }
   frame.metres_per_unit = reader.take_number("metres_per_unit", 1e-9, 1.0, 0.001);
   frame.baseline_m = reader.take_number("baseline_m", 0.0, 10.0, 0.0);
   frame.exposure_us = reader.take_integer("exposure_us", INT64_MIN, kAny64, 0);
@@ -177,9 +187,9 @@ void read_context(ConfigReader& reader, JobContext& context) {
       static_cast<std::uint32_t>(reader.take_integer("model_mask", 0, kAny32, kAny32));
   context.max_objects = static_cast<std::uint16_t>(reader.take_integer("max_objects", 0, 8, 0));
   context.has_last_pick = reader.has("last_pick");
-  if (context.has_last_pick) context.last_pick = pose_of(reader.take_numbers("last_pick", 16));
+  if (context.has_last_pick) context.last_pick = take_pose(reader, "last_pick");
   context.has_initial = reader.has("initial");
-  if (context.has_initial) context.initial = pose_of(reader.take_numbers("initial", 16));
+  if (context.has_initial) context.initial = take_pose(reader, "initial");
   BeltBackground& background = context.background;
   background.has_plane = reader.has("plane_normal");
   if (!background.has_plane) return;
@@ -242,9 +252,19 @@ void read_images(const Parts& parts, const std::string& name, Snapshot& snapshot
   job.frame.depth = depth_of("depth.png", snapshot.depth);
   if (job.frame.depth.empty()) throw InputError(name + ": holds no depth image");
   job.context.background.depth = depth_of("background.png", snapshot.background);
+  const auto check_size = [&](const char* part, int width, int height) {
+    if (width == job.frame.depth.width && height == job.frame.depth.height) return;
+    throw InputError(name + ": " + part + ": " + std::to_string(width) + " by " +
+                     std::to_string(height) + " pixels; the frame has " +
+                     std::to_string(job.frame.depth.width) + " by " +
+                     std::to_string(job.frame.depth.height));
+  };
+  const BeltBackground& belt = job.context.background;
+  if (!belt.depth.empty()) check_size("background.png", belt.depth.width, belt.depth.height);
   const auto color = parts.find("color.png");
   if (color == parts.end()) return;
   ColorImage image = decode_color_image(color->second, name + ": color.png");
+  check_size("color.png", image.width, image.height);
   snapshot.color = std::move(image.pixels);
   job.frame.color = {snapshot.color.data(), image.width, image.height};
 }
@@ -256,7 +276,7 @@ const char* name_of(GraspLabel label) noexcept {
   return label == GraspLabel::Good ? "good" : "bad";
 }
 
-void write_snapshot(const std::filesystem::path& file, const Snapshot& snapshot) {
+std::vector<std::byte> encode_snapshot(const Snapshot& snapshot) {
   Parts parts;
   const JobEvidence& job = snapshot.evidence;
   parts["job.toml"] = bytes_of(job_text(snapshot));
@@ -273,15 +293,23 @@ void write_snapshot(const std::filesystem::path& file, const Snapshot& snapshot)
     append_block(content, std::as_bytes(std::span(name)));
     append_block(content, bytes);
   }
-  write_durable(file, content);
+  return content;
+}
+
+void write_snapshot(const std::filesystem::path& file, const Snapshot& snapshot) {
+  write_durable(file, encode_snapshot(snapshot));
 }
 
 Snapshot read_snapshot(const std::filesystem::path& file) {
   const std::string name = file.string();
   const std::optional<std::vector<std::byte>> content = read_durable(file);
   if (!content) throw InputError(name + ": is not there");
+  return parse_snapshot(*content, name);
+}
+
+Snapshot parse_snapshot(std::span<const std::byte> bytes_of_file, const std::string& name) {
   Parts parts;
-  std::span<const std::byte> rest(*content);
+  std::span<const std::byte> rest = bytes_of_file;
   while (!rest.empty()) {
     const auto part = take_block(rest, name);
     const std::string key(reinterpret_cast<const char*>(part.data()), part.size());

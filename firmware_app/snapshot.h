@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,11 @@ struct Snapshot {
 
 /// Replaces the file durably. Throws InputError.
 void write_snapshot(const std::filesystem::path& file, const Snapshot& snapshot);
+/// What write_snapshot() puts into the file.
+[[nodiscard]] std::vector<std::byte> encode_snapshot(const Snapshot& snapshot);
+/// Throws InputError when it is no snapshot, or one whose parts contradict each other; `name` is
+/// for its message.
+[[nodiscard]] Snapshot parse_snapshot(std::span<const std::byte> bytes, const std::string& name);
 /// Throws InputError when it is damaged.
 [[nodiscard]] Snapshot read_snapshot(const std::filesystem::path& file);
 

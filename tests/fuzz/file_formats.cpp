@@ -14,6 +14,7 @@
 #include "drivers/replay/image_file.h"
 #include "drivers/replay/recording_index.h"
 #include "firmware_app/settings.h"
+#include "firmware_app/snapshot.h"
 
 namespace grapnel::test {
 namespace {
@@ -109,6 +110,20 @@ void run_image_file(std::span<const std::uint8_t> data) {
   std::vector<Rgb8> color(kSide_px * kSide_px);
   refuse_or([&] { decode_depth_png(bytes, "fuzz", kSide_px, kSide_px, depth); });
   refuse_or([&] { decode_color_image(bytes, "fuzz", kSide_px, kSide_px, color); });
+}
+
+void run_snapshot(std::span<const std::uint8_t> data) {
+  refuse_or([&] {
+    const Snapshot snapshot = parse_snapshot(std::as_bytes(data), "fuzz");
+    const DepthFrame& frame = snapshot.evidence.frame;
+    GRAPNEL_ASSERT(frame.intrinsics.valid());
+    GRAPNEL_ASSERT(snapshot.depth.size() == frame.depth.pixels());
+    const std::size_t background = snapshot.background.size();
+    GRAPNEL_ASSERT(background == 0 || background == frame.depth.pixels());
+    GRAPNEL_ASSERT(snapshot.color.empty() || snapshot.color.size() == frame.depth.pixels());
+    const Snapshot again = parse_snapshot(encode_snapshot(snapshot), "again");
+    GRAPNEL_ASSERT(again.report == snapshot.report && again.depth == snapshot.depth);
+  });
 }
 
 }  // namespace grapnel::test

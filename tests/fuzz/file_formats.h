@@ -13,5 +13,6 @@ void run_config_file(std::span<const std::uint8_t> data);  ///< TOML, and as a g
 void run_camera_file(std::span<const std::uint8_t> data);
 void run_recording_index(std::span<const std::uint8_t> data);  ///< images and poses
 void run_image_file(std::span<const std::uint8_t> data);       ///< PNG, JPEG
+void run_snapshot(std::span<const std::uint8_t> data);
 
 }  // namespace grapnel::test

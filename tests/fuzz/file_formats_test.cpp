@@ -14,6 +14,7 @@
 #include "base/rng.h"
 #include "drivers/replay/camera_file.h"
 #include "drivers/replay/image_file.h"
+#include "firmware_app/snapshot.h"
 #include "tests/support/temp_folder.h"
 
 namespace grapnel::test {
@@ -110,6 +111,26 @@ TEST(DamagedFiles, CloudsAndMeshesAreReadOrRefused) {
     seeds.push_back(bytes_of_file(folder / "c"));
   }
   damage_and_run(seeds, &run_cloud_file);
+}
+
+TEST(DamagedFiles, SnapshotsAreReadOrRefused) {
+  std::vector<std::uint16_t> depth(12 * 8, 900);
+  std::vector<Rgb8> color(12 * 8, Rgb8{1, 2, 3});
+  Snapshot snapshot;
+  JobEvidence& job = snapshot.evidence;
+  job.frame.depth = {depth.data(), 12, 8};
+  job.frame.color = {color.data(), 12, 8};
+  job.frame.intrinsics = {12, 8, 10.0, 10.0, 5.5, 3.5};
+  job.frame.metres_per_unit = 0.001;
+  job.context.has_last_pick = true;
+  job.context.background.depth = job.frame.depth;
+  job.context.background.has_plane = true;
+  job.context.background.plane_normal = {0.0, 0.0, -1.0};
+  snapshot.preset = {"10-x.toml", "[preset]\n", {"a=1"}, "models", {{"m", 7}}};
+  snapshot.report = "code = 1100\n";
+  const std::vector<std::byte> bytes = encode_snapshot(snapshot);
+  const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  damage_and_run({Bytes(first, first + bytes.size())}, &run_snapshot);
 }
 
 TEST(DamagedFiles, ConfigurationsAreReadOrRefused) {
