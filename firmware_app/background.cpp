@@ -42,6 +42,11 @@ void Background::set_plane(const Vec3d& normal, double offset_m) noexcept {
   fixed_plane_ = true;
   fixed_normal_ = normal;
   fixed_offset_m_ = offset_m;
+  reference_ = {true, normal, offset_m};
+}
+
+void Background::take_reference(const Image& image) noexcept {
+  if (!fixed_plane_) reference_ = {image.has_plane, image.plane_normal, image.plane_offset_m};
 }
 
 BeltBackground Background::view(const DepthFrame& frame) const noexcept {

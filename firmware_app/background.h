@@ -11,6 +11,7 @@
 #include "base/arena.h"
 #include "base/depth_frame.h"
 #include "base/error.h"
+#include "firmware_app/belt_check.h"
 #include "pipeline/registrar.h"
 
 namespace grapnel {
@@ -41,6 +42,8 @@ class Background {
   /// Housekeeping. Writes the image learned last, once, and answers true; does nothing when there
   /// is none. Throws InputError.
   bool save_if_learned(const std::filesystem::path& file);
+  /// Housekeeping: where jobs expect the belt, as set, loaded or saved last.
+  [[nodiscard]] const BeltPlane& reference() const noexcept { return reference_; }
   /// At start. False when there is no file; throws InputError when it is damaged or does not fit.
   bool load(const std::filesystem::path& file);
 
@@ -57,6 +60,7 @@ class Background {
   };
 
   void fit_plane(Image& image) noexcept;
+  void take_reference(const Image& image) noexcept;
   [[nodiscard]] std::vector<std::byte> encode(const Image& image) const;
 
   std::array<Image, 2> images_;
@@ -68,6 +72,7 @@ class Background {
   Vec3d fixed_normal_ = Vec3d::Zero();
   double fixed_offset_m_ = 0.0;
   std::atomic<int> to_save_{-1};
+  BeltPlane reference_;
 };
 
 }  // namespace grapnel

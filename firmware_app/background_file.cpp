@@ -43,6 +43,7 @@ bool Background::save_if_learned(const std::filesystem::path& file) {
   const int index = to_save_.load(std::memory_order_acquire);
   if (index < 0) return false;
   const std::vector<std::byte> bytes = encode(images_[static_cast<std::size_t>(index)]);
+  take_reference(images_[static_cast<std::size_t>(index)]);
   to_save_.store(-1, std::memory_order_release);
   write_durable(file, bytes);
   return true;
@@ -71,6 +72,7 @@ bool Background::load(const std::filesystem::path& file) {
   image.has_plane = record.has_plane != 0.0;
   image.plane_normal = {record.plane[0], record.plane[1], record.plane[2]};
   image.plane_offset_m = record.plane[3];
+  take_reference(image);
   std::memcpy(image.depth.data(), bytes->data() + sizeof record, pixels * sizeof(std::uint16_t));
   return true;
 }

@@ -40,6 +40,11 @@ Code CameraKeeper::code() const noexcept {
   return status.code == Code::SensorHealthy ? Code::NoFrameInTime : status.code;
 }
 
+std::string CameraKeeper::serial() const {
+  const std::lock_guard lock(serial_mutex_);
+  return serial_;
+}
+
 void CameraKeeper::on_capture_thread() noexcept {
   name_this_thread("capture");
   touch_stack();
@@ -72,6 +77,10 @@ bool CameraKeeper::open_and_start() {
     return false;
   }
   live_.store(camera.live, std::memory_order_relaxed);
+  {
+    const std::lock_guard lock(serial_mutex_);
+    serial_ = camera.serial;
+  }
   const auto serial = std::as_bytes(std::span(camera.serial.data(), camera.serial.size()));
   serial_hash_.store(static_cast<std::uint32_t>(hash_bytes(serial)), std::memory_order_relaxed);
   const bool foreign = !calibrated_serial_.empty() && calibrated_serial_ != camera.serial;

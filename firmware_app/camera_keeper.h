@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "firmware_app/journal.h"
@@ -42,6 +43,8 @@ class CameraKeeper {
   [[nodiscard]] std::uint32_t serial_hash() const noexcept {
     return serial_hash_.load(std::memory_order_relaxed);
   }
+  /// Of the camera opened last; "" before.
+  [[nodiscard]] std::string serial() const;
   /// The capture thread did not get the scheduling that was asked for.
   [[nodiscard]] bool scheduling_refused() const noexcept {
     return scheduling_refused_.load(std::memory_order_relaxed);
@@ -64,6 +67,8 @@ class CameraKeeper {
   std::atomic<bool> live_{true};
   std::atomic<std::uint32_t> serial_hash_{0};
   std::atomic<bool> scheduling_refused_{false};
+  mutable std::mutex serial_mutex_;
+  std::string serial_;
   std::string told_;  // last problem written, so that it is written once
 };
 

@@ -20,6 +20,8 @@ constexpr std::uint16_t kKnownOptions = kOptionSnapshotAlways | kOptionSnapshotO
 // Jobs that no preset times: a background needs some frames, a self test one.
 constexpr std::int64_t kLearnTimeoutUs = 5'000'000;
 constexpr std::int64_t kSelfTestTimeoutUs = 2'000'000;
+// A recording that has not begun or ended by then waits for its disk.
+constexpr std::int64_t kRecordTimeoutUs = 2'000'000;
 
 /// Rules of one command.
 struct CommandRule {
@@ -45,6 +47,8 @@ constexpr CommandRule kRules[] = {
     {PlcCommandCode::SaveSnapshot, false, false, true},
     {PlcCommandCode::GraspGood, false, false, true},
     {PlcCommandCode::GraspBad, false, false, true},
+    {PlcCommandCode::RecordBegin, false, false, true},
+    {PlcCommandCode::RecordEnd, false, false, true},
     {PlcCommandCode::LearnBackground, false, false, false},
     {PlcCommandCode::CheckRoiEmpty, false, false, false},
     {PlcCommandCode::SelfTest, false, false, true},
@@ -62,6 +66,10 @@ const CommandRule* rule_of(std::uint16_t code) noexcept {
 bool is_save(PlcCommandCode code) noexcept {
   return code == PlcCommandCode::SaveSnapshot || code == PlcCommandCode::GraspGood ||
          code == PlcCommandCode::GraspBad;
+}
+
+bool is_record(PlcCommandCode code) noexcept {
+  return code == PlcCommandCode::RecordBegin || code == PlcCommandCode::RecordEnd;
 }
 
 bool is_register(PlcCommandCode code) noexcept {
@@ -147,6 +155,8 @@ Controller::Decision Controller::judge_parameters(const PlcCommand& command) con
         command.preset_id != 0 && command.preset_id != exchange_->config.state.get().active.number;
     if (waits && (!is_register(code) || switches)) return {Code::Busy, 0};
   }
+  const bool recorder_waits = exchange_->record.state.get().answered != record_request_.number;
+  if (is_record(code) && recorder_waits) return {Code::Busy, 0};
   if (!is_register(code)) return {};
   if (command.max_objects > kMaxObjects) return {Code::BadParameter, kRegisterMaxObjects};
   if (command.pose_format > kLastPoseFormat) return {Code::BadParameter, kRegisterPoseFormat};
@@ -204,6 +214,12 @@ void Controller::execute(const PlcCommand& command) noexcept {
     case PlcCommandCode::GraspGood:
     case PlcCommandCode::GraspBad:
       start_job(JobKind::SaveSnapshot, command, now_us + kSelfTestTimeoutUs);
+      break;
+    case PlcCommandCode::RecordBegin:
+      start_record(RecordAction::Begin, command);
+      break;
+    case PlcCommandCode::RecordEnd:
+      start_record(RecordAction::End, command);
       break;
     case PlcCommandCode::SelectPreset:
       start_config(ConfigAction::Select, command);
@@ -270,6 +286,16 @@ void Controller::start_config(ConfigAction action, const PlcCommand& command) no
   pending_ = Pending::Config;
   exchange_->config.request.publish(config_request_);
   exchange_->config_wake.notify();
+}
+
+void Controller::start_record(RecordAction action, const PlcCommand& command) noexcept {
+  ++record_request_.number;
+  record_request_.action = action;
+  record_request_.part_tag = command.part_tag;
+  record_deadline_us_ = command.accepted_us + kRecordTimeoutUs;
+  pending_ = Pending::Record;
+  exchange_->record.request.publish(record_request_);
+  exchange_->record.wake.notify();
 }
 
 void Controller::on_heartbeat_lost(bool lost) noexcept {

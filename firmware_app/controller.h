@@ -43,7 +43,7 @@ class Controller final : public PlcCommandSink {
 
  private:
   /// What the controller waits for.
-  enum class Pending : std::uint8_t { Nothing, Job, Config, SwitchThenJob };
+  enum class Pending : std::uint8_t { Nothing, Job, Config, SwitchThenJob, Record };
 
   struct Decision {
     Code code = Code::Accepted;
@@ -56,11 +56,13 @@ class Controller final : public PlcCommandSink {
   void start_triggered(const PlcCommand& command) noexcept;
   void start_job(JobKind kind, const PlcCommand& command, std::int64_t deadline_us) noexcept;
   void start_config(ConfigAction action, const PlcCommand& command) noexcept;
+  void start_record(RecordAction action, const PlcCommand& command) noexcept;
   [[nodiscard]] std::int64_t deadline_of(const PlcCommand& command) const noexcept;
 
   /// Takes over what the other threads have finished and ends what is past its deadline.
   void advance() noexcept;
   void on_config_answer() noexcept;
+  void on_record_state() noexcept;
   void finish_early(Code code) noexcept;
   void cancel_job() noexcept;
   void publish(const PlcResult& result) noexcept;
@@ -97,6 +99,8 @@ class Controller final : public PlcCommandSink {
   PlcCommand command_;  ///< the one being worked off
   JobRequest job_;
   ConfigRequest config_request_;
+  RecordRequest record_request_;
+  std::int64_t record_deadline_us_ = 0;
   bool has_capture_ = false;
   EncoderTrack encoder_;
   Code config_notice_ = Code::Ok;  ///< 50xx of the last config wish, until one succeeds

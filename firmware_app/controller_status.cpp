@@ -26,6 +26,7 @@ void Controller::advance() noexcept {
   if (awaits_config && exchange_->config.state.get().answered == config_request_.number) {
     on_config_answer();
   }
+  on_record_state();
   const bool fresh = exchange_->job.outcome.update();
   const JobOutcome& outcome = exchange_->job.outcome.get();
   if (fresh && outcome.has_frame) has_capture_ = true;
@@ -67,6 +68,16 @@ void Controller::on_config_answer() noexcept {
   result.preset = config.active.number;
   result.preset_rev = config.active.rev;
   publish(result);
+}
+
+void Controller::on_record_state() noexcept {
+  exchange_->record.state.update();
+  if (pending_ != Pending::Record) return;
+  const RecordState& state = exchange_->record.state.get();
+  const bool answered = state.answered == record_request_.number;
+  if (answered || clock_->now_us() >= record_deadline_us_) {
+    finish_early(answered ? state.answer : Code::Busy);
+  }
 }
 
 void Controller::finish_early(Code code) noexcept {
@@ -129,6 +140,7 @@ void Controller::read_status(PlcStatus& status) noexcept {
   status.frame_count =
       setup_.frames != nullptr ? static_cast<std::uint32_t>(setup_.frames->published()) : 0U;
   status.boot_id = setup_.boot_id;
+  status.recording = exchange_->record.state.get().phase;
   status.result_no = result_no_;
   fill_status_code(status);
   fill_diagnostics(status.diagnostics);
@@ -181,6 +193,7 @@ Code Controller::warning() const noexcept {
   if (misses_in_a_row_ >= kRepeatedMisses) return Code::DeadlineMissed;
   if (health.heap_calls != 0) return Code::HeapUsed;
   if (watchdog_restart_) return Code::WatchdogRestart;
+  if (exchange_->record.state.get().failing) return Code::DiskFull;
   if (health.realtime_missing) return Code::MemoryNotLocked;
   return Code::Ok;
 }
@@ -225,7 +238,12 @@ void Controller::fill_diagnostics(PlcDiagnostics& diagnostics) const noexcept {
   diagnostics.config_refusals = config.refusals;
   diagnostics.serial_hash = health.serial_hash;
   diagnostics.tilt_mdeg = health.tilt_mdeg;
+  diagnostics.belt_residual_um = health.belt_residual_um;
   diagnostics.build_hash = setup_.build_hash;
+  const RecordState& record = exchange_->record.state.get();
+  diagnostics.record_frames = record.frames;
+  diagnostics.record_missed = record.missed;
+  diagnostics.record_dropped = record.dropped;
 }
 
 }  // namespace grapnel

@@ -26,6 +26,7 @@
 #include "firmware_app/crash_record.h"
 #include "firmware_app/memory_plan.h"
 #include "firmware_app/notify.h"
+#include "firmware_app/recording_keeper.h"
 #include "firmware_app/registration_loop.h"
 #include "firmware_app/sensor_health.h"
 #include "firmware_app/snapshot_keeper.h"
@@ -81,6 +82,7 @@ class Daemon {
   void on_field_bus_thread() noexcept;
   void ask_for_rights();
   void build_snapshots();
+  void build_recorder();
 
   DaemonOptions options_;
   MonotonicClock clock_;
@@ -109,6 +111,7 @@ class Daemon {
   std::unique_ptr<MemoryBlock> evidence_memory_;
   EvidenceSlot evidence_;
   std::unique_ptr<SnapshotKeeper> snapshots_;
+  std::unique_ptr<RecordingKeeper> recorder_;
   std::unique_ptr<JobExecutor> executor_;
   std::unique_ptr<RegistrationLoop> registration_;
   std::unique_ptr<Controller> controller_;
@@ -178,6 +181,14 @@ void Daemon::build_snapshots() {
                             GRAPNEL_BUILD_ID, Registrar::simd_target()});
 }
 
+void Daemon::build_recorder() {
+  recorder_ = std::make_unique<RecordingKeeper>(
+      RecordingKeeper::Parts{
+          &exchange_.record, pool_.get(), &clock_, [this] { return camera_->serial(); },
+          [this](LogLevel level, const std::string& line) { journal_.write(level, line); }},
+      settings_.recording, state_folder_ / "recordings");
+}
+
 void Daemon::build() {
   build_snapshots();
   const CaptureSettings& capture = settings_.capture;
@@ -197,11 +208,13 @@ void Daemon::build() {
                                       capture.max_width, capture.max_height, capture.color);
   const RealtimeSettings& realtime = settings_.realtime;
   sensor_health_ = std::make_unique<SensorHealth>(capture);
+  sensor_health_->watch_belt(background_.reference());
   camera_ = std::make_unique<CameraKeeper>(
       make_camera(settings_.camera, clock_),
       CameraKeeper::Parts{pool_.get(), &supervisor_, &capture_account_, &journal_,
                           &exchange_.job.foreign_sensor},
       Scheduling{realtime.capture_priority, realtime.capture_cpu}, settings_.calibration.serial);
+  build_recorder();
   executor_ = std::make_unique<JobExecutor>(
       ExecutorParts{&clock_, pool_.get(), &camera_->camera(), &background_, &exchange_.job,
                     &supervisor_.progress(Supervised::Registration), &crash_.job_stage(),
@@ -245,7 +258,8 @@ void Daemon::ask_for_rights() {
 }
 
 void Daemon::start_threads() {
-  bool started = snapshots_->start() && registration_->start() && camera_->start();
+  bool started =
+      snapshots_->start() && recorder_->start() && registration_->start() && camera_->start();
   started = started && field_bus_thread_.start(
                            [](void* context) {
                              auto* self = static_cast<Daemon*>(context);
@@ -265,6 +279,7 @@ void Daemon::stop_threads() noexcept {
   field_bus_thread_.join();
   config_thread_.join();
   if (registration_) registration_->stop();
+  if (recorder_) recorder_->stop();
   if (camera_) camera_->stop();
   if (snapshots_) snapshots_->stop();
 }
@@ -307,6 +322,7 @@ void Daemon::save_background() {
   try {
     if (background_.save_if_learned(state_folder_ / "background.bin")) {
       sensor_health_->take_reference();
+      sensor_health_->watch_belt(background_.reference());
     }
   } catch (const InputError& problem) {
     journal_.write(LogLevel::Warning, problem.what());
@@ -344,6 +360,9 @@ void Daemon::beat(std::int64_t now_us) {
   look_at_frame(now_us);
   health_.sensor = sensor_health_->judge(camera_->code(), camera, health_.live, now_us);
   health_.tilt_mdeg = static_cast<std::int32_t>(sensor_health_->tilt_rad() * kMdegPerRad);
+  constexpr double kUmPerMetre = 1e6;
+  health_.belt_residual_um =
+      static_cast<std::int32_t>(sensor_health_->belt_drift().shift_m * kUmPerMetre);
   health_.foreign_sensor = exchange_.job.foreign_sensor.load(std::memory_order_relaxed);
   health_.realtime_missing = (settings_.realtime.lock_memory && !memory_locked_) ||
                              camera_->scheduling_refused() || registration_->scheduling_refused();

@@ -119,6 +119,32 @@ struct ConfigExchange {
   Latest<ConfigState> state;      ///< housekeeping → field bus
 };
 
+enum class RecordAction : std::uint8_t { None, Begin, End };
+
+/// A wish of the PLC toward the recorder.
+struct RecordRequest {
+  std::uint32_t number = 0;  ///< counts wishes since start; 0 = none
+  RecordAction action = RecordAction::None;
+  std::uint32_t part_tag = 0;
+};
+
+/// How the recorder stands.
+struct RecordState {
+  std::uint32_t answered = 0;  ///< number of the last wish that was worked off
+  Code answer = Code::Ok;      ///< its outcome
+  PlcRecording phase = PlcRecording::None;
+  bool failing = false;  ///< the disk does not take the frames
+  std::uint32_t frames = 0;
+  std::uint32_t missed = 0;
+  std::uint32_t dropped = 0;
+};
+
+struct RecordExchange {
+  Latest<RecordRequest> request;  ///< field bus → recorder
+  Latest<RecordState> state;      ///< recorder → field bus
+  Signal wake;                    ///< of the recorder's thread
+};
+
 /// How the device is, published by housekeeping every 100 ms.
 struct Health {
   bool started = false;  ///< every part is up: the daemon has said READY
@@ -135,12 +161,14 @@ struct Health {
   std::uint32_t page_faults = 0;
   std::uint32_t serial_hash = 0;
   std::int32_t tilt_mdeg = 0;
+  std::int32_t belt_residual_um = 0;
 };
 
 /// Everything that crosses threads toward and from the field bus.
 struct Exchange {
   JobExchange job;
   ConfigExchange config;
+  RecordExchange record;
   Latest<Health> health;
   Wakeup config_wake;  ///< wakes the config thread
 };

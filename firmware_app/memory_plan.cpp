@@ -16,8 +16,8 @@ namespace grapnel {
 namespace {
 
 // Threads with a stack of Thread's size: registration, field bus, config, camera,
-// snapshots.
-constexpr std::size_t kThreads = 5;
+// snapshots, recorder.
+constexpr std::size_t kThreads = 6;
 
 void print_items(const std::vector<MemoryItem>& items) {
   for (const MemoryItem& item : items) {

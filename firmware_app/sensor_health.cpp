@@ -8,6 +8,10 @@ namespace {
 constexpr std::int64_t kWindow_us = 2'000'000;
 // Looks a second apart: a hand before the lens is no fault of the sensor.
 constexpr int kBlindLooks = 3;
+// A carton that stays before the camera for less is no other belt.
+constexpr int kStrangeLooks = 5;
+// A sensor that was away for longer has cooled.
+constexpr std::int64_t kCooled_us = 60'000'000;
 // Of ten readings a second: a shock of the conveyor passes within a second.
 constexpr double kSmoothing = 0.1;
 
@@ -30,6 +34,26 @@ Code SensorHealth::fault_of(Code driver) const noexcept {
 
 void SensorHealth::see(const DepthFrame& frame) noexcept {
   blind_looks_ = valid_share(frame) < capture_.min_valid_share ? blind_looks_ + 1 : 0;
+  look_at_belt(frame);
+}
+
+void SensorHealth::look_at_belt(const DepthFrame& frame) noexcept {
+  if (!belt_.known || capture_.max_belt_shift_m == 0.0) return;
+  const BeltDrift drift = measure_belt_drift(frame, belt_);
+  if (!drift.seen) return;
+  drift_ = drift;
+  const bool tilted = capture_.max_tilt_rad > 0.0 && drift.tilt_rad > capture_.max_tilt_rad;
+  const bool strange = tilted || std::abs(drift.shift_m) > capture_.max_belt_shift_m;
+  strange_looks_ = strange ? strange_looks_ + 1 : 0;
+}
+
+void SensorHealth::follow_stream(const CameraStatus& status, std::int64_t now_us) noexcept {
+  const bool streams = status.state == CameraState::Streaming;
+  if (!streams && away_since_us_ == 0) away_since_us_ = now_us;
+  if (!streams) return;
+  const bool cooled = away_since_us_ != 0 && now_us - away_since_us_ > kCooled_us;
+  if (warm_from_us_ == 0 || cooled) warm_from_us_ = now_us;
+  away_since_us_ = 0;
 }
 
 void SensorHealth::feel(const std::array<float, 3>& gravity) noexcept {
@@ -70,12 +94,17 @@ Code SensorHealth::judge(Code driver, const CameraStatus& status, bool live,
                          std::int64_t now_us) noexcept {
   feel(status.gravity);
   measure(status, now_us);
+  follow_stream(status, now_us);
   const Code fault = fault_of(driver);
   if (fault != Code::SensorHealthy || !live) return fault;
+  if (now_us - warm_from_us_ < std::int64_t{capture_.warm_up_s} * 1'000'000) {
+    return Code::WarmingUp;
+  }
   if (slow_) return Code::NoFrameInTime;
   if (lossy_) return Code::LostPackets;
   if (blind_looks_ >= kBlindLooks) return Code::DepthMostlyInvalid;
   if (capture_.max_tilt_rad > 0.0 && tilt_rad_ > capture_.max_tilt_rad) return Code::SensorMoved;
+  if (strange_looks_ >= kStrangeLooks) return Code::SensorMoved;
   return Code::SensorHealthy;
 }
 

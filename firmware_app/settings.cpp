@@ -21,7 +21,7 @@ constexpr std::array<Field, 2> kPresets = {
     text_field<&PresetSettings::folder>("folder", "folder of the presets"),
     text_field<&PresetSettings::models>("models", "folder of the models"),
 };
-constexpr std::array<Field, 13> kCapture = {
+constexpr std::array<Field, 15> kCapture = {
     choice_field<&CaptureSettings::frame_choice>(
         "frame_choice", kFrameChoices,
         "frame that answers a trigger: the first exposed after it, or the nearest in time"),
@@ -46,6 +46,12 @@ constexpr std::array<Field, 13> kCapture = {
     number_field<&CaptureSettings::max_tilt_rad>(
         "max_tilt_rad", "rad", 0, 3.2,
         "turn of the camera beyond which it is 2009, by its accelerometer; 0: not watched"),
+    number_field<&CaptureSettings::max_belt_shift_m>(
+        "max_belt_shift_m", "m", 0, 0.05,
+        "belt seen further from where it was taught is 2009, or tilted by max_tilt_rad; 0: not "
+        "watched"),
+    number_field<&CaptureSettings::warm_up_s>(
+        "warm_up_s", "s", 0, 86400, "a sensor that has just begun to stream is 2010 for so long"),
     numbers_field<&CaptureSettings::gravity>(
         "gravity", "g", -4, 4,
         "the accelerometer's x, y, z with the camera in its place; empty: as at the start, and "
@@ -96,6 +102,20 @@ constexpr std::array<Field, 2> kSnapshots = {
                                              "keep a snapshot of every job that was rejected"),
     number_field<&SnapshotSettings::keep>("keep", "", 0, 100000,
                                           "snapshots kept, the oldest goes first; 0: none"),
+};
+
+constexpr std::array<std::string_view, 3> kRecordColors = {"none", "png", "jpeg"};
+
+constexpr std::array<Field, 5> kRecording = {
+    choice_field<&RecordingSettings::color>(
+        "color", kRecordColors, "png is lossless; in jpeg, colour keypoints differ from the live"),
+    number_field<&RecordingSettings::jpeg_quality>("jpeg_quality", "", 1, 100, "of jpeg"),
+    number_field<&RecordingSettings::max_seconds>("max_seconds", "s", 0, 10000000,
+                                                  "a recording ends by itself; 0: only by command"),
+    number_field<&RecordingSettings::min_free_mb>(
+        "min_free_mb", "MiB", 1, 100000000, "left free on the disk: below, frames are dropped"),
+    number_field<&RecordingSettings::queue_mb>("queue_mb", "MiB", 1, 4096,
+                                               "encoded images that may wait for a slow disk"),
 };
 
 void read_section(ConfigReader& root, std::string_view name, FieldTable fields, void* object) {
@@ -177,7 +197,8 @@ std::vector<SettingsSection> settings_sections() {
           {"memory", kMemory},
           {"realtime", kRealtime},
           {"state", kState},
-          {"snapshots", kSnapshots}};
+          {"snapshots", kSnapshots},
+          {"recording", kRecording}};
 }
 
 std::filesystem::path Settings::state_folder() const {
@@ -209,6 +230,7 @@ Settings read_settings(const ConfigTable& root, const std::filesystem::path& fil
   read_section(reader, "memory", kMemory, &settings.memory);
   read_section(reader, "state", kState, &settings.state);
   read_section(reader, "snapshots", kSnapshots, &settings.snapshots);
+  read_section(reader, "recording", kRecording, &settings.recording);
   reader.require("camera");
   settings.camera = *reader.take_table("camera");
   ConfigReader(settings.camera).require("driver");

@@ -10,6 +10,7 @@
 #include "base/field.h"
 #include "base/geometry.h"
 #include "drivers/modbus/modbus_config.h"
+#include "drivers/replay/frame_recorder.h"
 
 namespace grapnel {
 
@@ -45,6 +46,8 @@ struct CaptureSettings {
   bool need_color = false;
   double min_rate_hz = 5.0;
   double max_tilt_rad = 0.035;  ///< two degrees: a few centimetres at arm's length
+  double max_belt_shift_m = 0.02;
+  int warm_up_s = 0;
   std::vector<double> gravity;  ///< as the sensor feels it in its right place; empty: as at start
 };
 
@@ -92,6 +95,15 @@ struct SnapshotSettings {
   int keep = 50;
 };
 
+/// [recording]: what commands 53 and 54 record.
+struct RecordingSettings {
+  RecordColor color = RecordColor::Png;
+  int jpeg_quality = 92;
+  int max_seconds = 3600;
+  int min_free_mb = 1024;
+  int queue_mb = 64;
+};
+
 /// grapnel.toml, taken apart and checked. Relative paths are already resolved.
 struct Settings {
   std::filesystem::path file;
@@ -106,6 +118,7 @@ struct Settings {
   MemorySettings memory;
   StateSettings state;
   SnapshotSettings snapshots;
+  RecordingSettings recording;
   ConfigTable camera;  ///< [camera], for the driver registry; key `driver` is present
   ModbusConfig fieldbus;
 

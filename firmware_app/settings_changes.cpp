@@ -65,6 +65,7 @@ std::string needs_restart(const Settings& running, const Settings& wanted) {
   name_if(!same_fields(fields_of("memory"), running.memory, wanted.memory), "[memory]");
   name_if(!same_fields(fields_of("state"), running.state, wanted.state), "[state]");
   name_if(!same_fields(fields_of("snapshots"), running.snapshots, wanted.snapshots), "[snapshots]");
+  name_if(!same_fields(fields_of("recording"), running.recording, wanted.recording), "[recording]");
   return names;
 }
 

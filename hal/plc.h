@@ -28,6 +28,8 @@ enum class PlcCommandCode : std::uint16_t {
   SaveSnapshot = 50,
   GraspGood = 51,
   GraspBad = 52,
+  RecordBegin = 53,
+  RecordEnd = 54,
   LearnBackground = 60,
   CheckRoiEmpty = 61,
   SelfTest = 80,
@@ -66,6 +68,13 @@ enum class PlcState : std::uint16_t {
   Result = 5,
   Fault = 6,
   LocalControl = 7,
+};
+
+/// RECORDING: what the recorder of the PLC's commands 53 and 54 does.
+enum class PlcRecording : std::uint16_t {
+  None = 0,
+  Running = 1,
+  Ending = 2,  ///< no frame is taken any more, what waits goes to the disk
 };
 
 /// FLAGS bits.
@@ -158,6 +167,9 @@ struct PlcDiagnostics {
   std::uint32_t serial_hash = 0;
   std::uint32_t build_hash = 0;
   std::uint32_t worst_job_us = 0;
+  std::uint32_t record_frames = 0;   ///< of the recording under way, or the last one: on the disk,
+  std::uint32_t record_missed = 0;   ///< not caught,
+  std::uint32_t record_dropped = 0;  ///< that the disk did not take
   std::array<std::uint32_t, 20> stage_us{};  ///< last time per stage, in Stage's order from Capture
 };
 
@@ -178,6 +190,7 @@ struct PlcStatus {
   std::uint32_t uptime_s = 0;
   std::uint32_t frame_count = 0;
   std::uint16_t boot_id = 0;
+  PlcRecording recording = PlcRecording::None;
   std::uint64_t result_no = 0;  ///< number of the result this status belongs to; 0 = none (cleared)
   PlcDiagnostics diagnostics;
 };

@@ -56,6 +56,11 @@ bool is_job(std::uint16_t code) {
                                 PlcCommandCode::Capture,
                                 PlcCommandCode::RegisterLastCapture,
                                 PlcCommandCode::RegisterWithRetries,
+                                PlcCommandCode::SaveSnapshot,
+                                PlcCommandCode::GraspGood,
+                                PlcCommandCode::GraspBad,
+                                PlcCommandCode::RecordBegin,
+                                PlcCommandCode::RecordEnd,
                                 PlcCommandCode::LearnBackground,
                                 PlcCommandCode::CheckRoiEmpty};
   return std::any_of(kJobs.begin(), kJobs.end(), [code](PlcCommandCode job) {

@@ -1,6 +1,5 @@
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <iostream>
@@ -65,12 +64,6 @@ RecordColor color_of(const std::string& name) {
   throw InputError("--color: \"" + name + "\" is not allowed; png, jpeg or none is");
 }
 
-/// From monotonic to the wall clock's time, taken once: the index never jumps.
-std::int64_t wall_offset_us(const Clock& clock) {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count() - clock.now_us();
-}
-
 /// Until the length is reached, the camera ends, or somebody interrupts. Empty, or why not longer.
 std::string wait_for_end(const RecordRun& run, const Camera& camera, const FrameRecorder& recorder,
                          const FramePool& pool, const Clock& clock) {
@@ -118,7 +111,7 @@ int record(const RecordRun& run) {
   options.color = color_of(run.color);
   options.jpeg_quality = static_cast<int>(run.quality);
   options.max_frames = static_cast<std::uint64_t>(run.frames);
-  options.time_offset_us = wall_offset_us(clock);
+  options.time_offset_us = wall_clock_offset_us(clock);
   FolderStore store(run.folder);
   const Result<CameraInfo> info = camera->open();
   if (!info) throw InputError(camera->problem());

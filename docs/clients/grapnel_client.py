@@ -24,6 +24,7 @@ BLOCKS = {
         "STATUS_DETAIL": (106, "u16", 1, 1), "ACTIVE_PRESET": (107, "u16", 1, 1),
         "PRESET_REV": (108, "u16", 1, 1), "ERR_COUNT": (109, "u16", 1, 1), "UPTIME_S": (110, "u32", 1, 1),
         "FRAME_COUNT": (112, "u32", 1, 1), "BOOT_ID": (114, "u16", 1, 1), "ACK_CODE": (115, "u16", 1, 1),
+        "RECORDING": (116, "u16", 1, 1),
     }),
     "result": (120, 60, 0, {
         "RES_NO_BEGIN": (120, "u16", 1, 1), "RES_CMD_SEQ": (121, "u16", 1, 1), "N_FOUND": (122, "u16", 1, 1),
@@ -47,7 +48,9 @@ BLOCKS = {
         "CONFIG_RELOADS": (632, "u32", 1, 1), "CONFIG_REFUSALS": (634, "u32", 1, 1),
         "BELT_RESIDUAL_UM": (636, "i32", 1, 1), "TILT": (638, "i32", 1, 0.001),
         "SERIAL_HASH": (640, "u32", 1, 1), "BUILD_HASH": (642, "u32", 1, 1),
-        "WORST_JOB_US": (644, "u32", 1, 1), "STAGE_US": (660, "u32", 20, 1),
+        "WORST_JOB_US": (644, "u32", 1, 1), "RECORD_FRAMES": (646, "u32", 1, 1),
+        "RECORD_MISSED": (648, "u32", 1, 1), "RECORD_DROPPED": (650, "u32", 1, 1),
+        "STAGE_US": (660, "u32", 20, 1),
     }),
     "float_mirror": (700, 16, 16, {
         "FLT_NO_BEGIN": (700, "u16", 1, 1), "X_MM": (701, "f32", 1, 1), "Y_MM": (703, "f32", 1, 1),

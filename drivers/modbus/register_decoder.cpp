@@ -23,6 +23,7 @@ PlcStatus decode_status(const RegisterImage& image) noexcept {
   status.heartbeat = image.u16(s::kHbOut);
   status.ack_seq = image.u16(s::kAckSeq);
   status.ack_code = code_at(image, s::kAckCode);
+  status.recording = static_cast<PlcRecording>(image.u16(s::kRecording));
   status.status_code = code_at(image, s::kStatusCode);
   status.status_detail = image.u16(s::kStatusDetail);
   status.active_preset = image.u16(s::kActivePreset);

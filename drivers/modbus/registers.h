@@ -90,6 +90,8 @@ inline constexpr std::uint16_t kFrameCount = 112;
 inline constexpr std::uint16_t kBootId = 114;
 /// answer to the command in ACK_SEQ: 3100 accepted, 30xx refused
 inline constexpr std::uint16_t kAckCode = 115;
+/// 0 nothing is recorded, 1 recording, 2 what waits goes to the disk
+inline constexpr std::uint16_t kRecording = 116;
 }  // namespace status
 
 /// Result block.
@@ -195,6 +197,12 @@ inline constexpr std::uint16_t kSerialHash = 640;
 inline constexpr std::uint16_t kBuildHash = 642;
 /// longest job
 inline constexpr std::uint16_t kWorstJobUs = 644;
+/// frames on the disk, of the recording under way or the last one
+inline constexpr std::uint16_t kRecordFrames = 646;
+/// frames of the sensor that it did not catch
+inline constexpr std::uint16_t kRecordMissed = 648;
+/// frames that the disk did not take
+inline constexpr std::uint16_t kRecordDropped = 650;
 /// last time per stage
 inline constexpr std::uint16_t kStageUs = 660;
 }  // namespace diagnostics
@@ -294,7 +302,7 @@ inline constexpr std::uint16_t kReasons = 29;
 }  // namespace object
 
 /// Every named register, blocks in address order, the object record last.
-inline constexpr std::array<RegisterInfo, 106> kRegisters = {{
+inline constexpr std::array<RegisterInfo, 110> kRegisters = {{
     {"command", "CMD_SEQ", 0, RegisterType::U16, 1},
     {"command", "CMD_CODE", 1, RegisterType::U16, 1},
     {"command", "PRESET_ID", 2, RegisterType::U16, 1},
@@ -322,6 +330,7 @@ inline constexpr std::array<RegisterInfo, 106> kRegisters = {{
     {"status", "FRAME_COUNT", 112, RegisterType::U32, 1},
     {"status", "BOOT_ID", 114, RegisterType::U16, 1},
     {"status", "ACK_CODE", 115, RegisterType::U16, 1},
+    {"status", "RECORDING", 116, RegisterType::U16, 1},
     {"result", "RES_NO_BEGIN", 120, RegisterType::U16, 1},
     {"result", "RES_CMD_SEQ", 121, RegisterType::U16, 1},
     {"result", "N_FOUND", 122, RegisterType::U16, 1},
@@ -363,6 +372,9 @@ inline constexpr std::array<RegisterInfo, 106> kRegisters = {{
     {"diagnostics", "SERIAL_HASH", 640, RegisterType::U32, 1},
     {"diagnostics", "BUILD_HASH", 642, RegisterType::U32, 1},
     {"diagnostics", "WORST_JOB_US", 644, RegisterType::U32, 1},
+    {"diagnostics", "RECORD_FRAMES", 646, RegisterType::U32, 1},
+    {"diagnostics", "RECORD_MISSED", 648, RegisterType::U32, 1},
+    {"diagnostics", "RECORD_DROPPED", 650, RegisterType::U32, 1},
     {"diagnostics", "STAGE_US", 660, RegisterType::U32, 20},
     {"float_mirror", "FLT_NO_BEGIN", 700, RegisterType::U16, 1},
     {"float_mirror", "X_MM", 701, RegisterType::F32, 1},

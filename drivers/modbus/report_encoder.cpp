@@ -110,6 +110,7 @@ void encode_status(const PlcStatus& status, std::uint16_t flags, std::uint16_t a
   image.set_u32(s::kFrameCount, status.frame_count);
   image.set_u16(s::kBootId, status.boot_id);
   image.set_u16(s::kAckCode, number(status.ack_code));
+  image.set_u16(s::kRecording, static_cast<std::uint16_t>(status.recording));
 }
 
 void encode_diagnostics(const PlcDiagnostics& d, const FieldBusCounters& counters,
@@ -138,6 +139,9 @@ void encode_diagnostics(const PlcDiagnostics& d, const FieldBusCounters& counter
   image.set_u32(r::kSerialHash, d.serial_hash);
   image.set_u32(r::kBuildHash, d.build_hash);
   image.set_u32(r::kWorstJobUs, d.worst_job_us);
+  image.set_u32(r::kRecordFrames, d.record_frames);
+  image.set_u32(r::kRecordMissed, d.record_missed);
+  image.set_u32(r::kRecordDropped, d.record_dropped);
   for (std::size_t i = 0; i < d.stage_us.size(); ++i) {
     image.set_u32(r::kStageUs + 2 * i, d.stage_us[i]);
   }

@@ -170,6 +170,7 @@ void FrameRecorder::write(const Item& item) {
   }
   const std::lock_guard lock(mutex_);
   counters_.waiting_bytes -= item.bytes();
+  counters_.failing = !written;
   if (written) {
     counters_.bytes += item.bytes();
   } else {
@@ -190,6 +191,11 @@ void FrameRecorder::flush(bool due_only) noexcept {
   }
   const std::lock_guard lock(mutex_);
   counters_.recorded = recording_->flushed();
+}
+
+std::int64_t wall_clock_offset_us(const Clock& clock) {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count() - clock.now_us();
 }
 
 }  // namespace grapnel

@@ -41,6 +41,7 @@ struct RecorderCounters {
   std::uint64_t stored_plain = 0;  ///< encoded without compression to catch up
   std::uint64_t bytes = 0;         ///< of images
   std::size_t waiting_bytes = 0;   ///< encoded, not yet written
+  bool failing = false;            ///< the last frame could not be written
 };
 
 /// Records what a camera publishes. One thread encodes, another writes; capture never waits for
@@ -104,5 +105,9 @@ class FrameRecorder {
   RecorderCounters counters_;
   std::string problem_;
 };
+
+/// From monotonic to the wall clock's time, for RecorderOptions::time_offset_us. Taken once: the
+/// index never jumps.
+[[nodiscard]] std::int64_t wall_clock_offset_us(const Clock& clock);
 
 }  // namespace grapnel

@@ -25,6 +25,7 @@ constexpr std::array kCommands = {
     PlcCommandCode::SaveSnapshot,  PlcCommandCode::LearnBackground,
     PlcCommandCode::CheckRoiEmpty, PlcCommandCode::SelfTest,
     PlcCommandCode::GraspGood,     PlcCommandCode::GraspBad,
+    PlcCommandCode::RecordBegin,   PlcCommandCode::RecordEnd,
     PlcCommandCode::ResetFault,    PlcCommandCode::ClearCounters,
 };
 
@@ -128,7 +129,15 @@ class Storm {
     job_.reset();
   }
 
+  void recorder_thread() {
+    exchange_.record.request.update();
+    record_.answered = exchange_.record.request.get().number;
+    record_.answer = rng_.below(3) == 0 ? Code::DiskFull : Code::CaptureDone;
+    exchange_.record.state.publish(record_);
+  }
+
   void config_thread() {
+    if (rng_.below(2) == 0) recorder_thread();
     exchange_.config.request.update();
     const ConfigRequest& wish = exchange_.config.request.get();
     if (wish.number == config_.answered) return;
@@ -213,6 +222,7 @@ class Storm {
   Controller controller_;
   Health health_;
   ConfigState config_;
+  RecordState record_;
   std::optional<JobRequest> job_;
   PlcCommand owner_;
   std::uint16_t seq_ = 0;

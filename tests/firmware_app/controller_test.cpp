@@ -183,7 +183,7 @@ TEST_F(ControllerTest, ResultStaysLatchedWhateverHappensButACommand) {
   exchange_->health.publish(health_);
   EXPECT_EQ(status().result_no, number);
   EXPECT_EQ(result().code, Code::BelowFitness);
-  EXPECT_EQ(send(static_cast<PlcCommandCode>(53)),
+  EXPECT_EQ(send(static_cast<PlcCommandCode>(55)),
             Code::UnknownCommand);  // refused: changes nothing
   EXPECT_EQ(status().result_no, number);
   EXPECT_EQ(send(PlcCommandCode::ClearResult), Code::Accepted);
@@ -202,7 +202,7 @@ TEST_F(ControllerTest, FourPhaseStyleDropsTheTokenAndKeepsTheResult) {
 }
 
 TEST_F(ControllerTest, RefusesWhatItDoesNotKnow) {
-  for (const int code : {1, 12, 25, 30, 44, 53, 70, 75, 83, 65535}) {
+  for (const int code : {1, 12, 25, 30, 44, 55, 70, 75, 83, 65535}) {
     EXPECT_EQ(send(static_cast<PlcCommandCode>(code)), Code::UnknownCommand) << code;
   }
   EXPECT_EQ(status().error_count, 10U);
@@ -500,6 +500,48 @@ TEST_F(ControllerTest, ClearsCountersOnCommandEvenWhileBusy) {
   EXPECT_EQ(status().diagnostics.overruns, 0U);
   EXPECT_EQ(status().error_count, 0);
   EXPECT_TRUE(flag(kFlagBusy));
+}
+
+TEST_F(ControllerTest, RecordingIsAnsweredByTheRecorderAndDoesNotHoldUpJobs) {
+  PlcCommand command;
+  command.part_tag = 5;
+  ASSERT_EQ(send(PlcCommandCode::RecordBegin, command), Code::Accepted);
+  EXPECT_TRUE(flag(kFlagBusy));
+  ASSERT_TRUE(exchange_->record.request.update());
+  const RecordRequest& wish = exchange_->record.request.get();
+  EXPECT_EQ(wish.action, RecordAction::Begin);
+  EXPECT_EQ(wish.part_tag, 5U);
+  RecordState record;
+  record.answered = wish.number;
+  record.answer = Code::CaptureDone;
+  record.phase = PlcRecording::Running;
+  exchange_->record.state.publish(record);
+  EXPECT_TRUE(flag(kFlagDone));
+  EXPECT_EQ(result().code, Code::CaptureDone);
+  EXPECT_EQ(result().part_tag, 5U);
+  EXPECT_EQ(status().recording, PlcRecording::Running);
+  EXPECT_EQ(send(PlcCommandCode::Register), Code::Accepted);
+}
+
+TEST_F(ControllerTest, ARecorderThatWaitsForItsDiskIsBusyAfterTwoSecondsAndTakesNoOtherWish) {
+  ASSERT_EQ(send(PlcCommandCode::RecordBegin), Code::Accepted);
+  clock_.advance_us(2'000'000);
+  EXPECT_TRUE(flag(kFlagDone));
+  EXPECT_EQ(result().code, Code::Busy);
+  EXPECT_EQ(send(PlcCommandCode::RecordEnd), Code::Busy);
+  EXPECT_EQ(send(PlcCommandCode::Register), Code::Accepted) << "jobs go on";
+}
+
+TEST_F(ControllerTest, ADiskThatTakesNoFramesIsAWarning) {
+  RecordState record;
+  record.phase = PlcRecording::Running;
+  record.failing = true;
+  record.dropped = 12;
+  exchange_->record.state.publish(record);
+  EXPECT_TRUE(flag(kFlagWarning));
+  EXPECT_EQ(status().status_code, Code::DiskFull);
+  EXPECT_EQ(status().diagnostics.record_dropped, 12U);
+  EXPECT_TRUE(flag(kFlagReady)) << "registration goes on";
 }
 
 }  // namespace

@@ -115,5 +115,92 @@ TEST_F(Health, KnowsNoTiltOfASensorWithoutAccelerometer) {
   EXPECT_EQ(health_.tilt_rad(), 0.0);
 }
 
+/// A belt 1 m below the camera, turned about the image's horizontal by `tilt_rad` and raised by
+/// `raised_m`, with 40 mm high boxes over a share of its tiles; steps of a Kinect.
+class Belt : public Health {
+ protected:
+  Belt() { health_.watch_belt({true, {0.0, 0.0, -1.0}, 1.0}); }
+  void look(double raised_m, double tilt_rad, double boxes) {
+    std::vector<std::uint16_t> depth;
+    for (int v = 0; v < 240; ++v) {
+      for (int u = 0; u < 320; ++u) {
+        const double y = (v - 119.5) / 287.5;
+        // z = 1 - raised + tan(tilt) · y z, exact.
+        double z = (1.0 - raised_m) / (1.0 - std::tan(tilt_rad) * y);
+        const bool box = u / 40 % 2 == 0 && v < static_cast<int>(boxes * 2.0 * 240.0);
+        if (box) z -= 0.04;
+        const double step = 2.9e-3;  // at 1 m
+        depth.push_back(static_cast<std::uint16_t>(std::round(z / step) * step * 10'000.0));
+      }
+    }
+    DepthFrame frame;
+    frame.depth = {depth.data(), 320, 240};
+    frame.intrinsics = {320, 240, 287.5, 287.5, 159.5, 119.5};
+    frame.metres_per_unit = 1e-4;
+    health_.see(frame);
+  }
+  Code looks(int count, double raised_m, double tilt_rad = 0.0, double boxes = 0.2) {
+    for (int i = 0; i < count; ++i) look(raised_m, tilt_rad, boxes);
+    return beats(1);
+  }
+};
+
+TEST_F(Belt, IsWhereItWasTaughtUnderPartsThatLieOnIt) {
+  EXPECT_EQ(looks(10, 0.0), Code::SensorHealthy);
+  // Half a step of the sensor.
+  EXPECT_NEAR(health_.belt_drift().shift_m, 0.0, 1.5e-3);
+  EXPECT_NEAR(health_.belt_drift().tilt_rad, 0.0, 2e-3);
+}
+
+TEST_F(Belt, ThatCameNearerForGoodIsASensorThatMoved) {
+  EXPECT_EQ(looks(4, 0.03), Code::SensorHealthy) << "something may lie there for a moment";
+  EXPECT_EQ(looks(1, 0.03), Code::SensorMoved);
+  EXPECT_NEAR(health_.belt_drift().shift_m, 0.03, 1.5e-3);
+  EXPECT_EQ(looks(1, 0.0), Code::SensorHealthy);
+}
+
+TEST_F(Belt, ThatTurnedIsASensorThatMoved) {
+  EXPECT_EQ(looks(5, 0.0, 0.03), Code::SensorHealthy);
+  EXPECT_EQ(looks(5, 0.0, 0.05), Code::SensorMoved);
+  EXPECT_NEAR(health_.belt_drift().tilt_rad, 0.05, 2e-3);
+}
+
+TEST_F(Belt, FarBelowIsAnotherPlace) {
+  EXPECT_EQ(looks(5, -0.2), Code::SensorMoved);
+  EXPECT_LT(health_.belt_drift().shift_m, -0.1);
+}
+
+TEST_F(Belt, CoveredByPartsSaysNothing) {
+  EXPECT_EQ(looks(1, 0.0), Code::SensorHealthy);
+  EXPECT_EQ(looks(10, 0.3), Code::SensorHealthy) << "a pallet before the camera";
+}
+
+TEST_F(Belt, IsNotWatchedWhereThatIsSwitchedOffOrNothingWasTaught) {
+  settings_.max_belt_shift_m = 0.0;
+  health_ = SensorHealth(settings_);
+  health_.watch_belt({true, {0.0, 0.0, -1.0}, 1.0});
+  EXPECT_EQ(looks(10, 0.05), Code::SensorHealthy);
+  settings_.max_belt_shift_m = 0.02;
+  health_ = SensorHealth(settings_);
+  EXPECT_EQ(looks(10, 0.05), Code::SensorHealthy);
+}
+
+TEST_F(Health, WarmsUpForAsLongAsItIsToldAndAgainAfterAMinuteAway) {
+  settings_.warm_up_s = 10;
+  health_ = SensorHealth(settings_);
+  EXPECT_EQ(beats(99), Code::WarmingUp);
+  EXPECT_EQ(beats(2), Code::SensorHealthy);
+  status_.state = CameraState::Lost;
+  driver_ = Code::SensorNotConnected;
+  EXPECT_EQ(beats(20), Code::SensorNotConnected);
+  status_.state = CameraState::Streaming;
+  driver_ = Code::SensorHealthy;
+  EXPECT_EQ(beats(1), Code::SensorHealthy);
+  status_.state = CameraState::Lost;
+  beats(610, 0);
+  status_.state = CameraState::Streaming;
+  EXPECT_EQ(beats(1), Code::WarmingUp);
+}
+
 }  // namespace
 }  // namespace grapnel

@@ -101,6 +101,8 @@ TEST(RegisterMapTable, CommandsIncludeThoseOfThePlcInterface) {
                                     PlcCommandCode::LastGoodConfig,
                                     PlcCommandCode::SaveSnapshot,
                                     PlcCommandCode::GraspGood,
+                                    PlcCommandCode::RecordBegin,
+                                    PlcCommandCode::RecordEnd,
                                     PlcCommandCode::GraspBad,
                                     PlcCommandCode::LearnBackground,
                                     PlcCommandCode::CheckRoiEmpty,

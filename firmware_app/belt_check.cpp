@@ -1,0 +1,190 @@
+#include "firmware_app/belt_check.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "base/fixed_list.h"
+#include "base/rng.h"
+
+namespace grapnel {
+namespace {
+
+constexpr int kColumns = 16;
+constexpr int kRows = 12;
+constexpr std::size_t kTiles = std::size_t{kColumns} * kRows;
+constexpr int kSide = 10;  // samples of a tile, each way
+constexpr std::size_t kSamples = std::size_t{kSide} * kSide;
+constexpr std::size_t kMinSamples = 30;
+constexpr double kBand_m = 0.06;
+constexpr double kBelowShare = 0.5;
+constexpr std::size_t kMinTiles = 12;
+constexpr double kAgreeShare = 0.5;
+constexpr int kTrials = 64;
+// As plane_fit.cpp: a step of the sensor is 2.9 mm z², and belts are uneven by 2 mm.
+constexpr double kStepPerSquareMetre = 2.9e-3;
+constexpr double kUnevennessM = 2e-3;
+
+/// A flat piece of the image: place on the taught plane, height above it.
+struct Tile {
+  double s = 0.0;
+  double t = 0.0;
+  double height_m = 0.0;
+  double tolerance_m = 0.0;
+};
+using Tiles = InlineList<Tile, kTiles>;
+
+/// height = slope_s s + slope_t t + level
+struct Slope {
+  Vec3d coefficients = Vec3d::Zero();
+  [[nodiscard]] double at(const Tile& tile) const noexcept {
+    return coefficients.dot(Vec3d(tile.s, tile.t, 1.0));
+  }
+  [[nodiscard]] bool holds(const Tile& tile) const noexcept {
+    return std::abs(at(tile) - tile.height_m) <= tile.tolerance_m;
+  }
+};
+
+class BeltView {
+ public:
+  BeltView(const DepthFrame& frame, const BeltPlane& taught) noexcept
+      : frame_(frame), taught_(taught) {
+    const Vec3d axis =
+        std::abs(taught.normal.x()) < 0.9 ? Vec3d(1.0, 0.0, 0.0) : Vec3d(0.0, 1.0, 0.0);
+    along_s_ = taught.normal.cross(axis).normalized();
+    along_t_ = taught.normal.cross(along_s_);
+  }
+
+  void look() noexcept {
+    for (int row = 0; row < kRows; ++row) {
+      for (int column = 0; column < kColumns; ++column) look_at(column, row);
+    }
+  }
+  [[nodiscard]] const Tiles& tiles() const noexcept { return tiles_; }
+  [[nodiscard]] bool is_elsewhere() const noexcept {
+    return readings_ > 0 &&
+           static_cast<double>(below_) > kBelowShare * static_cast<double>(readings_);
+  }
+  /// Of the readings below the band.
+  [[nodiscard]] double mean_below_m() const noexcept {
+    return below_sum_m_ / static_cast<double>(std::max<std::size_t>(below_, 1));
+  }
+  [[nodiscard]] Vec3d place(const Vec3d& p) const noexcept {
+    return {along_s_.dot(p), along_t_.dot(p), 1.0};
+  }
+
+ private:
+  void look_at(int column, int row) noexcept {
+    std::array<double, kSamples> heights{};
+    std::size_t count = 0;
+    Vec3d sum = Vec3d::Zero();
+    for (int j = 0; j < kSide; ++j) {
+      for (int i = 0; i < kSide; ++i) {
+        const int u = (column * kSide + i) * frame_.depth.width / (kColumns * kSide);
+        const int v = (row * kSide + j) * frame_.depth.height / (kRows * kSide);
+        const std::uint16_t reading = frame_.depth.at(u, v);
+        if (reading == 0) continue;
+        ++readings_;
+        const double z = reading * frame_.metres_per_unit;
+        const Intrinsics& k = frame_.intrinsics;
+        const Vec3d p((u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z);
+        const double height_m = taught_.normal.dot(p) + taught_.offset_m;
+        if (height_m < -kBand_m) {
+          ++below_;
+          below_sum_m_ += height_m;
+        }
+        if (std::abs(height_m) > kBand_m) continue;
+        heights[count++] = height_m;
+        sum += p;
+      }
+    }
+    if (count >= kMinSamples) add_if_flat(heights, count, sum / static_cast<double>(count));
+  }
+
+  void add_if_flat(std::array<double, kSamples>& heights, std::size_t count,
+                   const Vec3d& centre) noexcept {
+    std::sort(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(count));
+    const double tolerance_m = kUnevennessM + 2.0 * kStepPerSquareMetre * centre.z() * centre.z();
+    // Half of the tile lies between these two; an edge of a part between them spreads them.
+    if (heights[3 * count / 4] - heights[count / 4] > 2.0 * tolerance_m) return;
+    const Vec3d place_m = place(centre);
+    tiles_.push_back({place_m.x(), place_m.y(), heights[count / 2], tolerance_m});
+  }
+
+  const DepthFrame& frame_;
+  const BeltPlane& taught_;
+  Vec3d along_s_;
+  Vec3d along_t_;
+  Tiles tiles_;
+  std::size_t readings_ = 0;
+  std::size_t below_ = 0;
+  double below_sum_m_ = 0.0;
+};
+
+bool through(const Tile& a, const Tile& b, const Tile& c, Slope& slope) noexcept {
+  Mat3d places;
+  places << a.s, a.t, 1.0, b.s, b.t, 1.0, c.s, c.t, 1.0;
+  if (std::abs(places.determinant()) < 1e-4) return false;
+  slope.coefficients = places.inverse() * Vec3d(a.height_m, b.height_m, c.height_m);
+  return true;
+}
+
+std::size_t agreeing(const Tiles& tiles, const Slope& slope) noexcept {
+  return static_cast<std::size_t>(std::count_if(
+      tiles.begin(), tiles.end(), [&](const Tile& tile) { return slope.holds(tile); }));
+}
+
+/// Least squares over the tiles that agree with `slope`.
+void refine(const Tiles& tiles, Slope& slope) noexcept {
+  Mat3d outer = Mat3d::Zero();
+  Vec3d moment = Vec3d::Zero();
+  for (const Tile& tile : tiles) {
+    if (!slope.holds(tile)) continue;
+    const Vec3d place(tile.s, tile.t, 1.0);
+    outer += place * place.transpose();
+    moment += place * tile.height_m;
+  }
+  slope.coefficients = outer.ldlt().solve(moment);
+}
+
+}  // namespace
+
+BeltDrift measure_belt_drift(const DepthFrame& frame, const BeltPlane& taught) noexcept {
+  BeltDrift drift;
+  if (!taught.known || frame.depth.empty()) return drift;
+  BeltView view(frame, taught);
+  view.look();
+  if (view.is_elsewhere()) return {true, view.mean_below_m(), 0.0};
+  const Tiles& tiles = view.tiles();
+  if (tiles.size() < kMinTiles) return drift;
+  Slope best;
+  std::size_t most = 0;
+  Rng rng(1);
+  const auto any = [&]() -> const Tile& {
+    return tiles[rng.below(static_cast<std::uint32_t>(tiles.size()))];
+  };
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Slope slope;
+    if (!through(any(), any(), any(), slope)) continue;
+    const std::size_t count = agreeing(tiles, slope);
+    if (count <= most) continue;
+    most = count;
+    best = slope;
+  }
+  const auto enough = static_cast<double>(tiles.size()) * kAgreeShare;
+  if (most < kMinTiles || static_cast<double>(most) < enough) return drift;
+  refine(tiles, best);
+  refine(tiles, best);
+  // The optical axis meets the taught plane here; n points back to the camera, so n.z is negative.
+  const double cosine = taught.normal.z();
+  if (std::abs(cosine) < 0.1) return drift;
+  const Vec3d centre(0.0, 0.0, -taught.offset_m / cosine);
+  drift.seen = true;
+  drift.shift_m = best.coefficients.dot(view.place(centre));
+  drift.tilt_rad = std::atan(std::hypot(best.coefficients.x(), best.coefficients.y()));
+  return drift;
+}
+
+}  // namespace grapnel
