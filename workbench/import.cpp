@@ -11,7 +11,9 @@
 #include "drivers/replay/recording_writer.h"
 #include "workbench/commands.h"
 #include "workbench/import/cloud_grid.h"
+#include "workbench/import/fakenect.h"
 #include "workbench/import/known_cameras.h"
+#include "workbench/import/oni.h"
 #include "workbench/import/source.h"
 #include "workbench/import/tiff.h"
 #include "workbench/options.h"
@@ -26,6 +28,7 @@ bool is_tiff(const std::filesystem::path& file) {
 
 DepthImage read_any_depth(const std::filesystem::path& file, double metres_per_unit) {
   if (is_tiff(file)) return read_depth_tiff(file);
+  if (file.extension() == ".pgm") return read_fakenect_depth(file);
   if (file.extension() == ".pcd") return depth_of(read_cloud(file), metres_per_unit);
   return read_depth_png(file);
 }
@@ -74,12 +77,14 @@ void write_color(const SourceFrame& frame, const CameraFile& camera, RecordingWr
   const bool cloud = file.extension() == ".pcd";
   if (cloud) {
     image = colors_of(read_cloud(file));
+  } else if (file.extension() == ".ppm") {
+    image = read_fakenect_color(file);
   } else {
     image = is_tiff(file) ? read_color_tiff(file) : read_color_image(file);
   }
   if (image.pixels.empty()) return;
   check_size(file, camera, image.width, image.height);
-  if (cloud || is_tiff(file)) {
+  if (cloud || is_tiff(file) || file.extension() == ".ppm") {
     writer.add_color(frame.time_us, image.view());
   } else {
     writer.add_color_file(frame.time_us, file);
@@ -137,6 +142,28 @@ void report(const Source& source, const CameraFile& camera, const RecordingWrite
             << source.camera_origin << "\n";
 }
 
+void report_oni(const OniImport& done, const std::string& folder, bool json) {
+  if (json) {
+    const nlohmann::json answer = {{"layout", "OpenNI"},
+                                   {"recording", folder},
+                                   {"frames", done.frames},
+                                   {"colors", done.colors},
+                                   {"poses", 0},
+                                   {"left_out", done.left_out},
+                                   {"intrinsics_from", done.camera_origin},
+                                   {"fx", done.camera.fx},
+                                   {"fy", done.camera.fy},
+                                   {"cx", done.camera.cx},
+                                   {"cy", done.camera.cy},
+                                   {"metres_per_unit", done.camera.metres_per_unit}};
+    std::cout << answer.dump() << "\n";
+    return;
+  }
+  std::cout << folder << ": OpenNI, " << done.frames << " frames, " << done.colors
+            << " colour images; " << done.left_out << " left out; intrinsics from "
+            << done.camera_origin << "\n";
+}
+
 }  // namespace
 
 int run_import(std::span<const std::string> args) {
@@ -144,23 +171,37 @@ int run_import(std::span<const std::string> args) {
   std::string folder;
   std::optional<std::string> camera_file;
   double rate_hz = 30.0;
+  SourceOptions source_options;
   bool without_color = false;
+  bool unregistered_color = false;
   bool json = false;
   Options options("import", "Brings a foreign recording into Grapnel's own layout.");
-  options.positional("SOURCE", path, "folder of the recording, or an organised PCD");
+  options.positional("SOURCE", path, "folder of the recording, an .oni file, or an organised PCD");
   options.required("-o,--output", folder, "folder of the new recording; must not hold one yet");
   options.value("--camera", camera_file, "camera.toml to use instead of the source's intrinsics");
   options.number("--rate", rate_hz, 0.001, 10000.0,
                  "frames a second where the source has no times");
   options.flag("--without-color", without_color, "depth only");
+  options.flag("--unregistered-color", unregistered_color,
+               "take colour that is not that of the depth's pixels (fakenect), as it is");
+  options.flag("--skip-damaged", source_options.skip_damaged,
+               "leave damaged images of a fakenect folder out instead of refusing it");
   options.flag("--json", json, "print one JSON object");
   options.footer(
-      "Known layouts: TUM RGB-D (depth.txt), 7-Scenes (frame-N.depth.png), depth_N.png with\n"
-      "Intrinsic.txt, folders depth/ and rgb/ of numbered PNG, TIFF pairs, organised PCD.");
+      "Known layouts: TUM RGB-D (depth.txt), fakenect (INDEX.txt), 7-Scenes (frame-N.depth.png), "
+      "depth_N.png with\n"
+      "Intrinsic.txt, folders depth/ and rgb/ of numbered PNG, TIFF pairs, organised PCD; OpenNI's "
+      ".oni, whose\n"
+      "colour is taken to be registered to the depth, since the file does not say.");
   if (!options.parse(args)) return 0;
-  SourceOptions source_options;
+  if (is_oni(path)) {
+    const OniImport done = import_oni(path, folder, camera_file, !without_color);
+    report_oni(done, folder, json);
+    return 0;
+  }
   source_options.interval_us = static_cast<std::int64_t>(1e6 / rate_hz);
   Source source = find_source(path, source_options);
+  if (source.unregistered_color && !unregistered_color) source.colors.clear();
   const CameraFile camera = choose_camera(source, camera_file);
   RecordingWriter writer(folder, camera);
   write_recording(source, camera, !without_color, writer);

@@ -10,15 +10,11 @@ namespace {
 constexpr unsigned kMaxMm = FREENECT_DEPTH_MM_MAX_VALUE;
 constexpr std::int32_t kFixedPoint = 256;
 
-/// libfreenect's law (registration.c, freenect_raw_to_mm) without its rounding to millimetres:
-/// eight steps of disparity to a pixel of the full image, in centimetres of the factory's plane.
-double depth_mm(int raw, const freenect_registration& unit) {
+KinectConstants constants_of(const freenect_registration& unit) {
   const freenect_zero_plane_info& plane = unit.zero_plane_info;
-  const double shift_px = (raw - 4.0 * unit.const_shift) / 4.0 - 0.375;
-  const double metric = shift_px * static_cast<double>(plane.reference_pixel_size);
-  const double distance = static_cast<double>(plane.reference_distance);
-  const double emitter = static_cast<double>(plane.dcmos_emitter_dist);
-  return 10.0 * (metric * distance / (emitter - metric) + distance);
+  return {static_cast<double>(plane.reference_distance),
+          static_cast<double>(plane.reference_pixel_size),
+          static_cast<double>(plane.dcmos_emitter_dist), static_cast<double>(unit.const_shift)};
 }
 
 }  // namespace
@@ -30,8 +26,9 @@ RegistrationMap::RegistrationMap(freenect_device* device) {
               (2.0 * static_cast<double>(plane.reference_pixel_size));
   baseline_m_ = 0.01 * static_cast<double>(plane.dcmos_emitter_dist);
   start_lines_ = unit.reg_pad_info.start_lines;
-  for (int raw = 0; raw < FREENECT_DEPTH_RAW_NO_VALUE; ++raw) {
-    const double steps = depth_mm(raw, unit) / (1000.0 * kFineUnit_m) + 0.5;
+  const KinectConstants constants = constants_of(unit);
+  for (int raw = 0; raw < kKinectNoReading; ++raw) {
+    const double steps = kinect_depth_mm(raw, constants) / (1000.0 * kFineUnit_m) + 0.5;
     const bool reading = steps >= 1.0 && steps < static_cast<double>(kMaxMm) / 1000.0 / kFineUnit_m;
     fine_[static_cast<std::size_t>(raw)] =
         reading ? static_cast<std::uint16_t>(steps) : std::uint16_t{0};

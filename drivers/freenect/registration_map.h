@@ -9,6 +9,7 @@
 
 #include "base/geometry.h"
 #include "base/image.h"
+#include "drivers/live/kinect_law.h"
 
 namespace grapnel {
 
@@ -16,7 +17,7 @@ inline constexpr int kKinectWidth = 640;
 inline constexpr int kKinectHeight = 480;
 inline constexpr std::size_t kKinectPixels = std::size_t{kKinectWidth} * kKinectHeight;
 /// Size of one step in mode Raw.
-inline constexpr double kFineUnit_m = 0.0002;
+inline constexpr double kFineUnit_m = kKinectFineUnit_m;
 
 /// A unit's factory constants, and what follows from them.
 class RegistrationMap {

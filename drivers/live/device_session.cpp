@@ -127,6 +127,7 @@ bool DeviceSession::turn() {
     const Call call(*this, kPump_us);
     done = device_->pump();
   }
+  orders_.ended.store(streaming_ && device_->ended());
   if (!done) fail(done.error());
   if (done && sense_) sense();
   return done.ok();

@@ -32,6 +32,7 @@ class DeviceSession {
       if (holders.fetch_sub(1) == 1) delete this;
     }
     std::atomic<bool> stream{false};
+    std::atomic<bool> ended{false};  ///< a recording has been played to its end
     std::atomic<FrameExchange*> exchange{nullptr};
     std::atomic<int> holders{1};
     Signal changed;  ///< at every change of a session's phase

@@ -87,6 +87,7 @@ Status LiveCamera::start(FramePool& pool, const CaptureHooks& hooks) {
     return Error{Code::InternalFault, Stage::Capture, error.code().value()};
   }
   started_.store(true);
+  shared_->ended.store(false);
   shared_->stream.store(true);
   return {};
 }
@@ -115,6 +116,7 @@ CameraStatus LiveCamera::status() const noexcept {
   if (open_.load()) {
     status.state = CameraState::Opened;
     if (started_.load()) status.state = up ? CameraState::Streaming : CameraState::Lost;
+    if (started_.load() && up && shared_->ended.load()) status.state = CameraState::Ended;
     status.code = up ? health_.load() : lost_code_.load();
   }
   status.counters.frames = frames_.load(std::memory_order_relaxed);
@@ -148,7 +150,8 @@ void LiveCamera::capture() noexcept {
     if (hooks_.progress != nullptr) hooks_.progress(hooks_.context);
     if (slot != nullptr) continue;
     const std::int64_t last_us = last_frame_us_.load();
-    if (last_us != 0 && now_us() - last_us > kFrameLate_us) health_.store(Code::NoFrameInTime);
+    const bool due = last_us != 0 && !shared_->ended.load();
+    if (due && now_us() - last_us > kFrameLate_us) health_.store(Code::NoFrameInTime);
     exchange.arrived().wait(seen, kIdle_us);
   }
 }

@@ -110,7 +110,7 @@ bool LiveCamera::welcome(const DeviceSession& session) {
 
 bool LiveCamera::frames_stopped(const DeviceSession& session, std::int64_t now_us) const {
   const std::int64_t since_us = session.streaming_since_us();
-  if (since_us == 0 || !shared_->stream.load()) return false;
+  if (since_us == 0 || !shared_->stream.load() || shared_->ended.load()) return false;
   const std::int64_t last_us = last_frame_us_.load();
   return last_us < since_us ? now_us - since_us > kFirstFrame_us
                             : now_us - last_us > kFramesStopped_us;

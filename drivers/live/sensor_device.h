@@ -25,6 +25,8 @@ class SensorDevice {
   virtual Status pump() = 0;
   virtual void stop() noexcept = 0;
   virtual void close() noexcept = 0;
+  /// A recording has been played to its end: no more frames are due until the next start().
+  [[nodiscard]] virtual bool ended() const noexcept { return false; }
   /// The last failure in one line; "" when there was none.
   [[nodiscard]] virtual std::string problem() const = 0;
 

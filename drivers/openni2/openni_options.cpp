@@ -17,6 +17,9 @@ FieldTable OpenNiOptions::fields() noexcept {
       number_field<&O::fy>("fy", "px", 0.0, 1e5, "calibrated; 0: by the field of view"),
       number_field<&O::cx>("cx", "px", 0.0, 1e5, "calibrated; used when fx is given"),
       number_field<&O::cy>("cy", "px", 0.0, 1e5, "calibrated; used when fx is given"),
+      text_field<&O::recording>("recording",
+                                "an .oni file to play instead of a device, whole path"),
+      bool_field<&O::loop>("loop", "play the recording over and over"),
       number_field<&O::baseline_m>("baseline_m", "m", 0.0, 1.0, "projector to camera"),
   };
   return kFields;

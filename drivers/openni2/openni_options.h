@@ -9,8 +9,10 @@ namespace grapnel {
 
 /// The keys of [camera] when driver = "openni2".
 struct OpenNiOptions {
-  std::string serial;  ///< the unit to open; "": any
-  std::string uri;     ///< OpenNI's own name of the device's place; "": any
+  std::string serial;     ///< the unit to open; "": any
+  std::string uri;        ///< OpenNI's own name of the device's place; "": any
+  std::string recording;  ///< .oni file; "": a device
+  bool loop = false;
   int width = 640;
   int height = 480;
   int rate_hz = 30;

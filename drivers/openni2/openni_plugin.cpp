@@ -1,12 +1,16 @@
 // The plug-in's entry point.
+#include <dlfcn.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <memory>
 
 #include "drivers/live/live_camera.h"
 #include "drivers/live/plugin_list.h"
 #include "drivers/openni2/api_thread.h"
+#include "drivers/openni2/oni_device.h"
 #include "drivers/openni2/openni_device.h"
 #include "hal/camera_plugin.h"
 
@@ -20,11 +24,31 @@ bool launch_on_api_thread(grapnel::DeviceSession* session) {
   return grapnel::post_to_openni([session] { session->run(); });
 }
 
+/// The folder of this plug-in.
+std::filesystem::path own_folder() {
+  Dl_info info{};
+  if (::dladdr(reinterpret_cast<void*>(&launch_on_api_thread), &info) == 0) return {};
+  return std::filesystem::absolute(info.dli_fname).parent_path();
+}
+
+/// OpenNI stays down in this process: the player has its own.
+grapnel::Camera* play(const grapnel::OpenNiOptions& options) {
+  grapnel::LiveDriver driver;
+  const std::filesystem::path player = own_folder() / grapnel::kOniPlayer;
+  driver.make_device = [options, player] {
+    return std::make_unique<grapnel::OniDevice>(options, player);
+  };
+  driver.launch = &grapnel::launch_session_on_own_thread;
+  driver.latency_us = kHalfFrame_us;
+  return std::make_unique<grapnel::LiveCamera>(driver).release();
+}
+
 grapnel::Camera* create(const char* options_toml, const grapnel::Clock*, char* problem,
                         std::size_t problem_bytes) {
   try {
     const grapnel::OpenNiOptions options =
         grapnel::read_openni_options(grapnel::parse_config(options_toml, "camera"));
+    if (!options.recording.empty()) return play(options);
     // OpenNI changes the process's working folder while it comes up: now, before the program has
     // other threads to confuse.
     static_cast<void>(grapnel::bring_openni_up(kBringUp_us));

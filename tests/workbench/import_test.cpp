@@ -12,6 +12,7 @@
 #include "drivers/replay/image_file.h"
 #include "tests/support/temp_folder.h"
 #include "workbench/import/cloud_grid.h"
+#include "workbench/import/fakenect.h"
 #include "workbench/import/known_cameras.h"
 #include "workbench/import/source.h"
 #include "workbench/import/tiff.h"
@@ -215,6 +216,97 @@ TEST(FindSource, SaysWhenNothingFits) {
   const test::TempFolder folder;
   EXPECT_THROW((void)find_source(folder.path(), {}), InputError);
   EXPECT_THROW((void)find_source(folder / "absent", {}), InputError);
+}
+
+/// A session as fakenect-record writes it: three depth images, two of colour, one of tilt.
+class Fakenect : public ::testing::Test {
+ protected:
+  Fakenect() {
+    for (int i = 0; i < 3; ++i) {
+      std::string depth = "P5 640 480 65535\n";
+      for (std::size_t pixel = 0; pixel < 307200; ++pixel) {
+        const unsigned raw = pixel == 0 ? 2047 : pixel == 1 ? 800 : 600;
+        depth += static_cast<char>(raw & 0xff);
+        depth += static_cast<char>(raw >> 8);
+      }
+      write("d-129557013" + std::to_string(i) + ".250000-33123.pgm", depth);
+    }
+    const std::string color = "P6 640 480 255\n" + std::string(921600, 'x');
+    write("r-1295570130.260000-33124.ppm", color);
+    write("r-1295570131.260000-33125.ppm", color);
+    write("a-1295570130.255000-0.dump", std::string(12, '\0'));
+    save_index();
+  }
+  void write(const std::string& name, const std::string& text) {
+    write_file(folder_ / name, text);
+    index_ += name + "\n";
+  }
+  void save_index() { write_file(folder_ / "INDEX.txt", index_); }
+  [[nodiscard]] std::string refusal() const {
+    try {
+      (void)find_source(folder_.path(), {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  test::TempFolder folder_;
+  std::string index_;
+};
+
+TEST_F(Fakenect, IsFoundWithItsTimesAndAKinectsNominalConstants) {
+  const Source source = find_source(folder_.path(), {});
+  EXPECT_EQ(source.layout, "fakenect");
+  ASSERT_EQ(source.frames.size(), 3U);
+  EXPECT_EQ(source.frames[0].time_us, 1'295'570'130'250'000);
+  EXPECT_EQ(source.colors.size(), 2U);
+  EXPECT_TRUE(source.unregistered_color);
+  EXPECT_NEAR(source.camera->fx, 575.8, 0.1);  // 120 / 0.1042 / 2
+}
+
+TEST_F(Fakenect, DepthIsThatOfTheTangentFitWithinAPercent) {
+  // Magnenat's fit in OpenKinect's wiki: 0.1236 tan(raw / 2842.5 + 1.1863) metres.
+  const DepthImage image = read_fakenect_depth(find_source(folder_.path(), {}).frames[0].depth);
+  const auto metres = [&](std::size_t pixel) { return image.pixels[pixel] * 0.0002; };
+  EXPECT_EQ(image.pixels[0], 0);
+  EXPECT_NEAR(metres(1), 0.1236 * std::tan(800 / 2842.5 + 1.1863), 0.012);
+  EXPECT_NEAR(metres(2), 0.1236 * std::tan(600 / 2842.5 + 1.1863), 0.007);
+}
+
+TEST_F(Fakenect, ATruncatedFileIsRefusedWithItsLineAndLeftOutOnRequest) {
+  const std::string name = "d-1295570131.250000-33123.pgm";
+  std::filesystem::resize_file(folder_ / name, 100'000);
+  const std::string why = refusal();
+  EXPECT_NE(why.find("INDEX.txt:2: " + name + " has 100000 bytes; 614417 belong there"),
+            std::string::npos)
+      << why;
+  SourceOptions options;
+  options.skip_damaged = true;
+  const Source source = find_source(folder_.path(), options);
+  EXPECT_EQ(source.frames.size(), 2U);
+  EXPECT_EQ(source.left_out, 1U);
+}
+
+TEST_F(Fakenect, NamesThatLeadElsewhereAreRefused) {
+  for (const char* name : {"../../d-1.5-2.pgm", "d-x-2.pgm", "d-1.5.pgm", "-", "d--.pgm"}) {
+    index_ = std::string(name) + "\n";
+    save_index();
+    EXPECT_NE(refusal().find("INDEX.txt:1: "), std::string::npos) << name << ": " << refusal();
+  }
+}
+
+TEST_F(Fakenect, ValuesBeyondElevenBitsAreRefused) {
+  std::string depth = "P5 640 480 65535\n" + std::string(614400, '\x7f');
+  write("d-1295570139.250000-33123.pgm", depth);
+  EXPECT_THROW((void)read_fakenect_depth(folder_ / "d-1295570139.250000-33123.pgm"), InputError);
+}
+
+TEST_F(Fakenect, AMissingFileIsRefused) {
+  std::filesystem::remove(folder_ / "r-1295570131.260000-33125.ppm");
+  EXPECT_NE(refusal().find("INDEX.txt:5: r-1295570131.260000-33125.ppm is not there"),
+            std::string::npos)
+      << refusal();
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ std::string importable_below(const std::filesystem::path& folder) {
   std::error_code code;
   for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
     if (!entry.is_directory()) continue;
-    for (const auto find : {&find_tum, &find_numbered, &find_tiff}) {
+    for (const auto find : {&find_tum, &find_fakenect, &find_numbered, &find_tiff}) {
       try {
         if (!find(entry.path(), {})) continue;
       } catch (const InputError&) {
@@ -63,7 +63,7 @@ std::string importable_below(const std::filesystem::path& folder) {
 
 Source find_source(const std::filesystem::path& path, const SourceOptions& options) {
   if (!std::filesystem::exists(path)) throw InputError(path.string() + ": is not there");
-  for (const auto find : {&find_tum, &find_numbered, &find_tiff, &find_clouds}) {
+  for (const auto find : {&find_tum, &find_fakenect, &find_numbered, &find_tiff, &find_clouds}) {
     std::optional<Source> source = find(path, options);
     if (!source) continue;
     if (source->frames.empty()) {
@@ -73,7 +73,8 @@ Source find_source(const std::filesystem::path& path, const SourceOptions& optio
     return *std::move(source);
   }
   const std::string below = importable_below(path);
-  throw InputError(path.string() + ": has no layout that import knows (TUM RGB-D, 7-Scenes, " +
+  throw InputError(path.string() +
+                   ": has no layout that import knows (TUM RGB-D, fakenect, 7-Scenes, " +
                    "depth_N.png, depth/ and rgb/, TIFF pairs, organised PCD)" +
                    (below.empty() ? "" : "; below it: " + below));
 }

@@ -16,7 +16,7 @@ namespace grapnel {
 /// One exposure of a foreign recording: files as they are there.
 struct SourceFrame {
   std::int64_t time_us = 0;
-  std::filesystem::path depth;  ///< .png, .tif(f) or organised .pcd
+  std::filesystem::path depth;  ///< .png, .tif(f), organised .pcd, fakenect's .pgm
   std::filesystem::path color;  ///< empty: none; for a .pcd its own colours
 };
 
@@ -27,6 +27,7 @@ struct Source {
   std::string camera_origin;         ///< where its numbers come from
   std::vector<SourceFrame> frames;   ///< ascending in time
   std::vector<SourceFrame> colors;   ///< images with a time of their own (`color` only)
+  bool unregistered_color = false;   ///< colours are not those of the depth's pixels
   std::vector<TimedPose> poses;
   std::size_t left_out = 0;                       ///< listed, but not there or not usable
   std::vector<std::filesystem::path> side_files;  ///< copied as they are
@@ -34,6 +35,7 @@ struct Source {
 
 struct SourceOptions {
   std::int64_t interval_us = 33'333;  ///< where the source has no times
+  bool skip_damaged = false;          ///< leave damaged images out instead of refusing the source
 };
 
 /// Each finder answers nothing when the folder has another layout, and throws InputError when it
@@ -42,6 +44,10 @@ struct SourceOptions {
                                              const SourceOptions& options);
 /// 7-Scenes, numbered depth_N.png, paired depth/ and rgb/ folders, a single raw_depth.png.
 [[nodiscard]] std::optional<Source> find_numbered(const std::filesystem::path& folder,
+                                                  const SourceOptions& options);
+/// A folder of libfreenect's fakenect-record: INDEX.txt, d-….pgm, r-….ppm. Every file it names is
+/// looked at; a damaged one is refused with its line, or left out with SourceOptions::skip_damaged.
+[[nodiscard]] std::optional<Source> find_fakenect(const std::filesystem::path& folder,
                                                   const SourceOptions& options);
 /// TIFF pairs as PCL's grabber writes them.
 [[nodiscard]] std::optional<Source> find_tiff(const std::filesystem::path& folder,

@@ -32,7 +32,7 @@ class OpenNi : public testing::Test {
     sensor_.says_goodbye = 1;
     for (auto* fault :
          {&sensor_.color_frozen, &sensor_.silent, &sensor_.skip_frames, &sensor_.stuck_mirror,
-          &sensor_.hang_open, &sensor_.hang_start, &sensor_.hang_stop}) {
+          &sensor_.hang_open, &sensor_.hang_start, &sensor_.hang_stop, &sensor_.no_cropping}) {
       *fault = 0;
     }
     set_serial("1206090012");
@@ -278,6 +278,17 @@ TEST(OpenNiSources, CallNothingThatIsKnownToHangOrCrash) {
     EXPECT_FALSE(std::regex_search(text.str(), kForbidden)) << entry.path();
   }
   EXPECT_GE(files, 4);
+}
+
+// The player's process may play, which the camera's may not; neither seeks nor records, and it ends
+// without tidying up.
+TEST(OpenNiSources, OfThePlayerNeitherSeekNorListenNorRecordNorTidyUp) {
+  static const std::regex kForbidden(
+      R"(\bseek\(|NewFrameListener|\bRecorder\b|destroy\(|shutdown\(|\bexit\()");
+  std::stringstream text;
+  text << std::ifstream(GRAPNEL_SOURCE_DIR "/drivers/openni2/player/player_main.cpp").rdbuf();
+  ASSERT_NE(text.str().find("setSpeed"), std::string::npos);
+  EXPECT_FALSE(std::regex_search(text.str(), kForbidden));
 }
 
 TEST(OpenNiSources, ChangeNoWorkingFolderUnderOtherThreads) {

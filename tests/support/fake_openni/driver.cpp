@@ -83,6 +83,7 @@ class FakeStream final : public oni::driver::StreamBase {
   OniBool isPropertySupported(int id) override {
     switch (id) {
       case ONI_STREAM_PROPERTY_CROPPING:
+        return sensor().no_cropping.load() == 0 ? TRUE : FALSE;
       case ONI_STREAM_PROPERTY_HORIZONTAL_FOV:
       case ONI_STREAM_PROPERTY_VERTICAL_FOV:
       case ONI_STREAM_PROPERTY_VIDEO_MODE:
@@ -97,6 +98,7 @@ class FakeStream final : public oni::driver::StreamBase {
   OniStatus getProperty(int id, void* data, int* bytes) override {
     switch (id) {
       case ONI_STREAM_PROPERTY_CROPPING:
+        if (sensor().no_cropping.load() != 0) return ONI_STATUS_NOT_SUPPORTED;
         return give(OniCropping{}, data, bytes);
       case ONI_STREAM_PROPERTY_HORIZONTAL_FOV:
         return give(grapnel::test::kSensorHorizontalFov_rad, data, bytes);

@@ -34,6 +34,8 @@ struct FakeSensor {
   std::atomic<std::int32_t> hang_start{0};
   std::atomic<std::int32_t> hang_stop{0};
 
+  std::atomic<std::int32_t> no_cropping{0};  ///< the streams know no cropping
+
   std::atomic<std::int32_t> driver_up{0};  ///< OpenNI has loaded the driver
   std::atomic<std::int32_t> announced{0};  ///< the address at which OpenNI knows the device
   std::atomic<std::uint64_t> depth_frames{0};
