@@ -101,6 +101,39 @@ ConfigTable parse(std::string_view text, const std::string& file_name) {
   }
 }
 
+/// The tables with this name, one new one where there is none.
+std::vector<ConfigTable>& tables_named(ConfigTable& parent, const std::string& name,
+                                       const std::string& path, const std::string& key) {
+  const ConfigValue* held = parent.find(name);
+  if (held == nullptr || !std::holds_alternative<std::vector<ConfigTable>>(held->data)) {
+    ConfigValue fresh;
+    fresh.data = std::vector<ConfigTable>{ConfigTable("--set " + key, path, 0)};
+    parent.set(name, std::move(fresh));
+    held = parent.find(name);
+  }
+  return std::get<std::vector<ConfigTable>>(const_cast<ConfigValue*>(held)->data);
+}
+
+/// Reads "2." at `begin` of the key as the second table of the list, which may be a new one, and
+/// moves `begin` on. Else the first. Throws InputError.
+std::size_t take_place(const std::string& key, std::size_t& begin, const std::string& path,
+                       std::vector<ConfigTable>& list) {
+  const std::size_t end = key.find('.', begin);
+  std::size_t place = 0;
+  if (end == std::string::npos || end == begin || end - begin > 3) return 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (key[i] < '0' || key[i] > '9') return 0;
+    place = 10 * place + static_cast<std::size_t>(key[i] - '0');
+  }
+  if (place < 1 || place > list.size() + 1) {
+    throw InputError("--set " + key + ": " + path + " has " + std::to_string(list.size()) +
+                     " tables; 1 to " + std::to_string(list.size() + 1) + " is allowed");
+  }
+  if (place > list.size()) list.emplace_back("--set " + key, path, 0);
+  begin = end + 1;
+  return place - 1;
+}
+
 }  // namespace
 
 ConfigTable::ConfigTable() = default;
@@ -127,6 +160,10 @@ void ConfigTable::set(std::string_view key, ConfigValue value) {
     }
   }
   entries_.emplace_back(std::string(key), std::move(value));
+}
+
+void ConfigTable::drop_lines() {
+  std::erase_if(entries_, [](const auto& entry) { return entry.second.line > 0; });
 }
 
 ConfigTable load_config(const std::filesystem::path& file) {
@@ -171,17 +208,18 @@ void apply_override(ConfigTable& root, std::string_view assignment) {
   for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', begin)) {
     const std::string name = key.substr(begin, dot - begin);
     path += path.empty() ? name : "." + name;
-    const ConfigValue* held = table->find(name);
-    if (held == nullptr || !std::holds_alternative<std::vector<ConfigTable>>(held->data)) {
-      ConfigValue fresh;
-      fresh.data = std::vector<ConfigTable>{ConfigTable("--set " + key, path, 0)};
-      table->set(name, std::move(fresh));
-      held = table->find(name);
-    }
-    table = &std::get<std::vector<ConfigTable>>(const_cast<ConfigValue*>(held)->data).front();
+    std::vector<ConfigTable>& list = tables_named(*table, name, path, key);
     begin = dot + 1;
+    table = &list[take_place(key, begin, path, list)];
   }
-  table->set(key.substr(begin), std::move(value));
+  const std::string name = key.substr(begin);
+  if (name == "method") {
+    const ConfigValue* held = table->find(name);
+    const auto* before = held == nullptr ? nullptr : std::get_if<std::string>(&held->data);
+    const auto* after = std::get_if<std::string>(&value.data);
+    if (before == nullptr || after == nullptr || *before != *after) table->drop_lines();
+  }
+  table->set(name, std::move(value));
 }
 
 }  // namespace grapnel

@@ -37,6 +37,8 @@ class ConfigTable {
 
   [[nodiscard]] const ConfigValue* find(std::string_view key) const noexcept;
   void set(std::string_view key, ConfigValue value);
+  /// Removes what a file says; what the command line said stays.
+  void drop_lines();
   [[nodiscard]] const std::vector<std::pair<std::string, ConfigValue>>& entries() const noexcept {
     return entries_;
   }
@@ -60,7 +62,9 @@ inline constexpr std::uintmax_t kMaxConfigBytes = 1u << 20;
 [[nodiscard]] ConfigTable load_config(const std::filesystem::path& file);
 [[nodiscard]] ConfigTable parse_config(std::string_view text, const std::string& file_name);
 
-/// Applies "a.b.c=value" (value in TOML syntax; a bare word counts as text) over a table.
+/// Applies "a.b.c=value" (value in TOML syntax; a bare word counts as text) over a table. A number
+/// after a table's name is a place in a list of tables, from 1; one past the end adds a table.
+/// Another "method" than the table had starts that table anew: the old method's keys go.
 void apply_override(ConfigTable& root, std::string_view assignment);
 
 /// Takes a table apart key by key. Each take_… names file, line, key, value and what is allowed in

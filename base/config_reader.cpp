@@ -59,6 +59,14 @@ std::string range_text(double minimum, double maximum, std::string_view unit) {
   return text;
 }
 
+/// "; did you mean …?" where one of the choices is near, else "".
+std::string meant(const ConfigValue& value, std::span<const std::string_view> choices) {
+  const auto* text = std::get_if<std::string>(&value.data);
+  if (text == nullptr) return "";
+  const std::string nearest = nearest_name(*text, {choices.begin(), choices.end()});
+  return nearest.empty() ? "" : "; did you mean " + in_quotes(nearest) + "?";
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -136,8 +144,8 @@ void ConfigReader::take_fields(FieldTable fields, void* object) {
           for (const std::string_view choice : field.choices) {
             allowed += (allowed.empty() ? "\"" : ", \"") + std::string(choice) + "\"";
           }
-          throw problem(field.name,
-                        value_text(*value) + " is not allowed; one of " + allowed + " is");
+          throw problem(field.name, value_text(*value) + " is not allowed; one of " + allowed +
+                                        " is" + meant(*value, field.choices));
         }
         field.set_number(object, static_cast<double>(index));
         break;

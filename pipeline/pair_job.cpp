@@ -219,16 +219,16 @@ void PairJob::propose() noexcept {
     keep_best(p_.proposed, {context_.initial, score(context_.initial, SIZE_MAX)});
   }
   const PairView pair{&p_.source.coarse, &p_.target.coarse, p_.source.keypoints.span(),
-                      p_.target.keypoints.span()};
+                      p_.target.keypoints.span(), &score};
   Rng rng = rng_.split(4);
   // Without consensus there is nothing to refine, and the verdict says so.
-  (void)Ransac(s_.stages.params.coarse).generate(pair, s_.correspondences, score, rng, p_.proposed);
+  (void)s_.stages.coarse->generate(pair, s_.correspondences, rng, p_.proposed);
 }
 
-Result<RefinedPose> PairJob::refine(Icp& icp, const Surface& moving, double spacing_m,
+Result<RefinedPose> PairJob::refine(PoseRefiner& refiner, const Surface& moving, double spacing_m,
                                     const Pose& target_from_source) noexcept {
-  return icp.refine(moving, with_spacing(p_.target.fine, spacing_m), p_.target.table,
-                    target_from_source);
+  return refiner.refine(moving, with_spacing(p_.target.fine, spacing_m), p_.target.table,
+                        target_from_source);
 }
 
 bool PairJob::distinct(const Pose& a, const Pose& b) const noexcept {
@@ -238,12 +238,11 @@ bool PairJob::distinct(const Pose& a, const Pose& b) const noexcept {
 
 void PairJob::settle() noexcept {
   p_.settled.clear();
-  Icp icp(s_.stages.params.refine_coarse);
   const double spacing_m = p_.target.coarse.spacing_m;
   const PoseScore score = rating(0.5 * s_.stages.params.search.coarse_tolerance_ratio * size_m_);
   for (const Hypothesis& hypothesis : p_.proposed) {
-    const Result<RefinedPose> refined =
-        refine(icp, p_.source.coarse, spacing_m, hypothesis.target_from_source);
+    const Result<RefinedPose> refined = refine(*s_.stages.refine_coarse, p_.source.coarse,
+                                               spacing_m, hypothesis.target_from_source);
     if (!refined.ok()) continue;
     Hypothesis settled;
     settled.target_from_source = refined.value().target_from_source;
@@ -261,18 +260,17 @@ void PairJob::settle() noexcept {
 
 void PairJob::verify(const Surface& source, const Surface& target) noexcept {
   p_.candidates.clear();
-  Icp icp(s_.stages.params.refine);
   const OverlapTolerance tolerance{s_.stages.params.general.sigma_1m_m,
                                    std::min(kFloor_m, kFloorOfSize * size_m_)};
   const OverlapView source_view{&source, &p_.source.fine, &p_.source.table};
   const OverlapView target_view{&target, &p_.target.fine, &p_.target.table};
   for (const Hypothesis& hypothesis : p_.settled) {
-    Result<RefinedPose> refined =
-        refine(icp, p_.source.fine, p_.target.coarse.spacing_m, hypothesis.target_from_source);
+    Result<RefinedPose> refined = refine(*s_.stages.refine, p_.source.fine,
+                                         p_.target.coarse.spacing_m, hypothesis.target_from_source);
     if (!refined.ok()) continue;
     // Once more with the fine points' own distance as the unit.
-    Result<RefinedPose> finer =
-        refine(icp, p_.source.fine, p_.target.fine.spacing_m, refined.value().target_from_source);
+    Result<RefinedPose> finer = refine(*s_.stages.refine, p_.source.fine, p_.target.fine.spacing_m,
+                                       refined.value().target_from_source);
     PairCandidate candidate;
     candidate.refined = finer.ok() ? finer.value() : refined.value();
     const Pose& pose = candidate.refined.target_from_source;

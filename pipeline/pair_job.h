@@ -28,7 +28,8 @@ class PairJob {
   void settle() noexcept;
   void verify(const Surface& source, const Surface& target) noexcept;
   void judge(const Surface& source, const Surface& target, RegistrationReport& report) noexcept;
-  [[nodiscard]] Result<RefinedPose> refine(Icp& icp, const Surface& moving, double spacing_m,
+  [[nodiscard]] Result<RefinedPose> refine(PoseRefiner& refiner, const Surface& moving,
+                                           double spacing_m,
                                            const Pose& target_from_source) noexcept;
   [[nodiscard]] bool distinct(const Pose& a, const Pose& b) const noexcept;
   [[nodiscard]] double margin() const noexcept;

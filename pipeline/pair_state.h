@@ -4,13 +4,11 @@
 
 #include "base/arena.h"
 #include "pipeline/coarse/pose_score.h"
-#include "pipeline/coarse/ransac.h"
 #include "pipeline/features.h"
 #include "pipeline/judge/overlap.h"
 #include "pipeline/limits.h"
 #include "pipeline/preprocess/voxel.h"
 #include "pipeline/refine/closest_point_table.h"
-#include "pipeline/refine/icp.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {

@@ -9,7 +9,7 @@
 
 #include "base/hash.h"
 #include "base/input_error.h"
-#include "pipeline/registry.h"
+#include "pipeline/method_slots.h"
 #include "pipeline/stage_set.h"
 
 namespace grapnel {
@@ -150,7 +150,7 @@ Preset load_preset(const fs::path& file, const fs::path& models_folder,
   const StageSet stages(preset.source);
   StageParams params;
   for (const ParamTable& table : param_tables(params)) reader.take_table(table.name);
-  for (const std::string& table : method_tables()) reader.take_table(table);
+  method_slots().each([&](const auto& slot) { reader.take_tables(slot.table); });
   preset.models = load_models(reader, models_folder);
   reader.finish();
   preset.fingerprint = fingerprint(preset.models, file, overrides);
@@ -195,17 +195,22 @@ void describe_fields(FieldTable fields, const void* object, std::string& text) {
 }
 
 template <class StageKind>
-void describe_methods(const char* table, std::span<const Method<StageKind>> methods,
-                      std::string_view fallback, std::string& text) {
-  text.append("\n[").append(table).append("]\n# one of:");
-  for (const Method<StageKind>& method : methods) text.append(" ").append(method.name);
-  text.append("\nmethod = \"").append(fallback).append("\"\n");
-  for (const Method<StageKind>& method : methods) {
-    const char* prefix = method.name == fallback ? "" : "# ";
+void describe_methods(const MethodSlot<StageKind>& slot, std::string& text) {
+  text.append("\n");
+  if (slot.several) {
+    text.append("# [[").append(slot.table).append("]] may stand several times, each with a method");
+    text.append("; --set ").append(slot.table).append(".2.method=… adds a second\n");
+  }
+  text.append("[").append(slot.table).append("]\n# one of:");
+  for (const Method<StageKind>& method : slot.methods) text.append(" ").append(method.name);
+  text.append("\nmethod = \"").append(slot.fallback).append("\"\n");
+  for (const Method<StageKind>& method : slot.methods) {
+    const char* prefix = method.name == slot.fallback ? "" : "# ";
     text.append("# ").append(method.name).append(":\n");
     const FieldTable fields = method.fields();
+    const ConfigTable over = slot_defaults(slot.defaults, method.name);
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      describe_field(fields[i], method.default_text(i), prefix, text);
+      describe_field(fields[i], method.default_text(i, over), prefix, text);
     }
   }
 }
@@ -226,11 +231,7 @@ std::string describe_preset() {
     text.append("\n[").append(table.name).append("]\n");
     describe_fields(table.fields, table.object, text);
   }
-  describe_methods("normals", normal_estimators(), "pca", text);
-  describe_methods("keypoints", keypoint_detectors(), "iss", text);
-  describe_methods("descriptors", descriptor_estimators(), "fpfh", text);
-  describe_methods("match", feature_matchers(), "nearest_feature", text);
-  describe_methods("reject", correspondence_rejectors(), "median", text);
+  method_slots().each([&](const auto& slot) { describe_methods(slot, text); });
   return text;
 }
 

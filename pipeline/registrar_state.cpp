@@ -59,8 +59,8 @@ void RegistrarState::FreeBlock::operator()(std::byte* block) const noexcept {
 RegistrarState::RegistrarState(Preset preset_)
     : preset(std::move(preset_)),
       stages(preset.source),
-      search(stages.params.search, stages.params.coarse, stages.params.refine_coarse,
-             stages.params.refine, stages.params.contour) {
+      search(stages.params.search, *stages.coarse, *stages.refine_coarse, *stages.refine,
+             stages.params.contour) {
   models.resize(preset.models.size());
   double smallest_m = std::numeric_limits<double>::max();
   for (const Model& model : preset.models) {
@@ -109,6 +109,9 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   part("correspondences");
   thinned.reserve(arena, pixels);
   edges.reserve(arena, pixels);
+  stages.coarse->reserve(arena, limits);
+  stages.refine_coarse->reserve(arena, limits);
+  stages.refine->reserve(arena, limits);
   search.reserve(arena, limits, stages.params.model.surface_points);
   part("search and judge");
   const std::size_t scratch =

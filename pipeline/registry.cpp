@@ -3,6 +3,7 @@
 #include <array>
 
 #include "pipeline/coarse/generators.h"
+#include "pipeline/coarse/surface_ransac.h"
 #include "pipeline/correspond/nearest_feature.h"
 #include "pipeline/descriptors/fpfh.h"
 #include "pipeline/descriptors/pfh.h"
@@ -48,8 +49,9 @@ constexpr Method<StageKind> method(std::string_view name) {
             reader.take_fields(kFields(), &params);
             return std::make_unique<Stage>(params);
           },
-          [](std::size_t field) {
-            const Params params;
+          [](std::size_t field, const ConfigTable& over) {
+            Params params;
+            ConfigReader(over).take_fields(kFields(), &params);
             return field_value_text(kFields()[field], &params);
           }};
 }
@@ -111,6 +113,8 @@ constexpr std::array kRejectors = {
 };
 
 constexpr std::array kGenerators = {
+    method<HypothesisGenerator, SurfaceRansac, SurfaceRansacParams, surface_ransac_fields>(
+        "surface_ransac"),
     method<HypothesisGenerator, SvdGenerator, SvdParams, svd_fields>("svd"),
     method<HypothesisGenerator, RansacGenerator, RansacGeneratorParams, ransac_generator_fields>(
         "ransac"),

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/config.h"
 #include "base/field.h"
@@ -19,8 +20,9 @@ struct Method {
   FieldTable (*fields)() noexcept = nullptr;
   /// Takes the method's parameters out of the table. Throws InputError.
   std::unique_ptr<StageKind> (*make)(ConfigReader& reader) = nullptr;
-  /// The default parameters' values in TOML syntax, in the order of the fields.
-  std::string (*default_text)(std::size_t field) = nullptr;
+  /// A default value in TOML syntax, by its place among the fields; `over`: keys that a step of the
+  /// pipeline asks for instead of the method's own.
+  std::string (*default_text)(std::size_t field, const ConfigTable& over) = nullptr;
 };
 
 [[nodiscard]] std::span<const Method<CloudFilter>> cloud_filters() noexcept;
@@ -32,16 +34,20 @@ struct Method {
 [[nodiscard]] std::span<const Method<HypothesisGenerator>> hypothesis_generators() noexcept;
 [[nodiscard]] std::span<const Method<PoseRefiner>> pose_refiners() noexcept;
 
-/// The method with this name. Throws InputError that lists the names there are.
+/// The method with this name. Throws InputError that lists the names there are, and the nearest.
 template <class StageKind>
 [[nodiscard]] const Method<StageKind>& find_method(std::span<const Method<StageKind>> methods,
                                                    std::string_view name) {
   std::string allowed;
+  std::vector<std::string> names;
   for (const Method<StageKind>& method : methods) {
     if (method.name == name) return method;
-    allowed += (allowed.empty() ? "" : ", ") + std::string(method.name);
+    names.emplace_back(method.name);
+    allowed += (allowed.empty() ? "" : ", ") + names.back();
   }
-  throw InputError("method \"" + std::string(name) + "\" is unknown; allowed: " + allowed);
+  const std::string nearest = nearest_name(name, names);
+  throw InputError("method \"" + std::string(name) + "\" is unknown; allowed: " + allowed +
+                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?"));
 }
 
 /// Makes the method that the table's key "method" names, else `fallback`.

@@ -97,9 +97,9 @@ void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
   if (initial != nullptr) keep_best(proposed_, {*initial, score(*initial, SIZE_MAX)});
   model.templates.propose(object.middle, score, proposed_);
   const PairView pair{&model.coarse, object.surface, model.keypoints.span(),
-                      object.keypoints->span()};
+                      object.keypoints->span(), &score};
   // Without consensus the views' poses stand alone.
-  (void)ransac_.generate(pair, correspondences, score, rng, proposed_);
+  (void)generator_.generate(pair, correspondences, rng, proposed_);
 }
 
 bool ObjectSearch::distinct(const ModelIndex& model, const Pose& a, const Pose& b,
@@ -115,8 +115,8 @@ void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object)
   const PoseScore score =
       rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
   for (const Hypothesis& hypothesis : proposed_) {
-    const Result<RefinedPose> refined = coarse_icp_.refine(*object.surface, model.coarse, table,
-                                                           hypothesis.target_from_source.inverse());
+    const Result<RefinedPose> refined = coarse_refiner_.refine(
+        *object.surface, model.coarse, table, hypothesis.target_from_source.inverse());
     if (!refined.ok()) continue;
     Hypothesis settled;
     settled.target_from_source = refined.value().target_from_source.inverse();
@@ -152,7 +152,7 @@ void ObjectSearch::keep_candidate(const ModelIndex& model, const Candidate& cand
 bool ObjectSearch::refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
                           RefinedPose& refined) noexcept {
   const Result<RefinedPose> fine =
-      fine_icp_.refine(*object.surface, model.fixed(), model.table, start.inverse());
+      fine_refiner_.refine(*object.surface, model.fixed(), model.table, start.inverse());
   if (!fine.ok()) return false;
   refined = inverted(fine.value());
   const Result<RefinedPose> joint =

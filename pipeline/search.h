@@ -6,7 +6,6 @@
 #include "base/arena.h"
 #include "base/field.h"
 #include "pipeline/coarse/pose_score.h"
-#include "pipeline/coarse/ransac.h"
 #include "pipeline/features.h"
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/judge/model_render.h"
@@ -15,7 +14,7 @@
 #include "pipeline/limits.h"
 #include "pipeline/model_index.h"
 #include "pipeline/refine/contour_fit.h"
-#include "pipeline/refine/icp.h"
+#include "pipeline/stage.h"
 
 namespace grapnel {
 
@@ -53,9 +52,15 @@ struct Candidate {
 /// verifies, and looks for the best distinct alternative.
 class ObjectSearch {
  public:
-  ObjectSearch(const SearchParams& search, const RansacParams& ransac, const IcpParams& coarse,
-               const IcpParams& fine, const ContourFitParams& contour)
-      : params_(search), ransac_(ransac), coarse_icp_(coarse), fine_icp_(fine), contour_(contour) {}
+  /// The stages must outlive the search. `generator` supports by the view's score.
+  ObjectSearch(const SearchParams& search, HypothesisGenerator& generator,
+               PoseRefiner& coarse_refiner, PoseRefiner& fine_refiner,
+               const ContourFitParams& contour)
+      : params_(search),
+        generator_(generator),
+        coarse_refiner_(coarse_refiner),
+        fine_refiner_(fine_refiner),
+        contour_(contour) {}
 
   void reserve(Arena& arena, const Limits& limits, std::size_t max_model_points);
 
@@ -92,9 +97,9 @@ class ObjectSearch {
   void keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept;
 
   SearchParams params_;
-  Ransac ransac_;
-  Icp coarse_icp_;
-  Icp fine_icp_;
+  HypothesisGenerator& generator_;
+  PoseRefiner& coarse_refiner_;
+  PoseRefiner& fine_refiner_;
   ContourFit contour_;
   Verification verification_;
   ModelRender render_;

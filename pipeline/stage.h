@@ -62,12 +62,16 @@ class FeatureMatcher : public PipelineStage {
                        Correspondences& correspondences) noexcept = 0;
 };
 
+class PoseScore;
+
 /// What a rejector or a coarse step may look at beside the pairs.
 struct PairView {
   const Surface* source = nullptr;
   const Surface* target = nullptr;
   std::span<const Keypoint> source_keypoints;
   std::span<const Keypoint> target_keypoints;
+  /// Worth of a pose by both surfaces; null where a step is used alone.
+  const PoseScore* score = nullptr;
 };
 
 /// Shortens a list of correspondences in place, keeping its order.
@@ -77,9 +81,14 @@ class CorrespondenceRejector : public PipelineStage {
                         Rng& rng) noexcept = 0;
 };
 
-/// Proposes poses. Errors: TooFewCorrespondences, NoConsensus.
+/// Proposes poses. Errors: TooFewCorrespondences, NoConsensus, BadParameter (it needs a score and
+/// the view has none).
 class HypothesisGenerator : public PipelineStage {
  public:
+  /// True where a hypothesis's support is PairView::score's worth of it, so that the hypotheses of
+  /// several generators compare. Others are rated anew by whoever mixes them.
+  [[nodiscard]] virtual bool supports_by_score() const noexcept { return false; }
+  /// Adds to `hypotheses`, best first.
   virtual Status generate(const PairView& pair, const Correspondences& correspondences, Rng& rng,
                           Hypotheses& hypotheses) noexcept = 0;
 };

@@ -3,7 +3,9 @@
 #include <array>
 #include <utility>
 
-#include "pipeline/registry.h"
+#include "pipeline/coarse/generator_chain.h"
+#include "pipeline/method_slots.h"
+#include "pipeline/reject/rejector_chain.h"
 
 namespace grapnel {
 namespace {
@@ -40,22 +42,6 @@ FieldTable general_fields() noexcept {
 
 }  // namespace
 
-StageParams::StageParams() {
-  refine_coarse.max_iterations = 7;
-  refine_coarse.max_points = 300;
-  refine_coarse.start_distance_ratio = 6.0;
-  refine_coarse.end_distance_ratio = 2.5;
-  refine_coarse.anneal_iterations = 5;
-  refine_coarse.max_normal_angle_rad = 1.1;
-  refine.max_iterations = 10;
-  refine.max_points = 800;
-  refine.start_distance_ratio = 2.5;
-  refine.end_distance_ratio = 1.0;
-  refine.anneal_iterations = 5;
-  refine.convergence_m = 1e-4;
-  refine.convergence_rad = 2e-4;
-}
-
 std::vector<ParamTable> param_tables(StageParams& p) {
   return {
       {"general", general_fields(), &p.general},
@@ -67,18 +53,11 @@ std::vector<ParamTable> param_tables(StageParams& p) {
       {"decimate", decimate_fields(), &p.decimate},
       {"model", model_index_fields(), &p.model},
       {"views", view_template_fields(), &p.model.templates},
-      {"coarse", ransac_fields(), &p.coarse},
-      {"refine_coarse", icp_fields(), &p.refine_coarse},
-      {"refine", icp_fields(), &p.refine},
       {"contour", contour_fit_fields(), &p.contour},
       {"search", search_fields(), &p.search},
       {"accept", verdict_fields(), &p.verdict},
       {"accept_pair", overlap_fields(), &p.overlap},
   };
-}
-
-std::vector<std::string> method_tables() {
-  return {"normals", "keypoints", "descriptors", "match", "reject"};
 }
 
 struct StageSet::Taken {
@@ -88,6 +67,9 @@ struct StageSet::Taken {
   std::unique_ptr<DescriptorEstimator> descriptors;
   std::unique_ptr<FeatureMatcher> match;
   std::unique_ptr<CorrespondenceRejector> reject;
+  std::unique_ptr<HypothesisGenerator> coarse;
+  std::unique_ptr<PoseRefiner> refine_coarse;
+  std::unique_ptr<PoseRefiner> refine;
 
   explicit Taken(const ConfigTable& preset) {
     ConfigReader reader(preset);
@@ -98,22 +80,21 @@ struct StageSet::Taken {
       entry.take_fields(table.fields, table.object);
       entry.finish();
     }
-    take(reader, "normals", normal_estimators(), "pca", normals);
-    take(reader, "keypoints", keypoint_detectors(), "iss", keypoints);
-    take(reader, "descriptors", descriptor_estimators(), "fpfh", descriptors);
-    take(reader, "match", feature_matchers(), "nearest_feature", match);
-    take(reader, "reject", correspondence_rejectors(), "median", reject);
+    const MethodSlots slots = method_slots();
+    normals = one(reader, slots.normals);
+    keypoints = one(reader, slots.keypoints);
+    descriptors = one(reader, slots.descriptors);
+    match = one(reader, slots.match);
+    reject = std::make_unique<RejectorChain>(make_stages(slots.reject, reader));
+    coarse =
+        std::make_unique<GeneratorChain>(make_stages(slots.coarse, reader), params.search.kept);
+    refine_coarse = one(reader, slots.refine_coarse);
+    refine = one(reader, slots.refine);
   }
 
   template <class StageKind>
-  static void take(ConfigReader& reader, const char* name,
-                   std::span<const Method<StageKind>> methods, std::string_view fallback,
-                   std::unique_ptr<StageKind>& stage) {
-    const ConfigTable empty("", name, 0);
-    const ConfigTable* found = reader.take_table(name);
-    ConfigReader entry(found == nullptr ? empty : *found);
-    stage = make_method(methods, entry, fallback);
-    entry.finish();
+  static std::unique_ptr<StageKind> one(ConfigReader& reader, const MethodSlot<StageKind>& slot) {
+    return std::move(make_stages(slot, reader).front());
   }
 };
 
@@ -129,6 +110,9 @@ StageSet::StageSet(Taken taken)
       keypoints(std::move(taken.keypoints)),
       descriptors(std::move(taken.descriptors)),
       match(std::move(taken.match)),
-      reject(std::move(taken.reject)) {}
+      reject(std::move(taken.reject)),
+      coarse(std::move(taken.coarse)),
+      refine_coarse(std::move(taken.refine_coarse)),
+      refine(std::move(taken.refine)) {}
 
 }  // namespace grapnel

@@ -1,11 +1,9 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "base/config.h"
-#include "pipeline/coarse/ransac.h"
 #include "pipeline/judge/overlap.h"
 #include "pipeline/judge/verdict.h"
 #include "pipeline/model_index.h"
@@ -16,7 +14,6 @@
 #include "pipeline/preprocess/organize.h"
 #include "pipeline/preprocess/segment.h"
 #include "pipeline/refine/contour_fit.h"
-#include "pipeline/refine/icp.h"
 #include "pipeline/search.h"
 #include "pipeline/stage.h"
 
@@ -48,15 +45,10 @@ struct StageParams {
   SegmentParams segment;
   DecimateParams decimate;
   ModelIndexParams model;
-  RansacParams coarse;
-  IcpParams refine_coarse;
-  IcpParams refine;
   ContourFitParams contour;
   SearchParams search;
   VerdictParams verdict;
   OverlapParams overlap;
-
-  StageParams();
 };
 
 /// A table of a preset whose keys fill one parameter struct.
@@ -81,14 +73,14 @@ struct StageSet {
   std::unique_ptr<KeypointDetector> keypoints;
   std::unique_ptr<DescriptorEstimator> descriptors;
   std::unique_ptr<FeatureMatcher> match;
-  std::unique_ptr<CorrespondenceRejector> reject;
+  std::unique_ptr<CorrespondenceRejector> reject;  ///< every one of the preset, in its order
+  std::unique_ptr<HypothesisGenerator> coarse;     ///< the same; supports_by_score()
+  std::unique_ptr<PoseRefiner> refine_coarse;
+  std::unique_ptr<PoseRefiner> refine;
 
  private:
   struct Taken;
   explicit StageSet(Taken taken);
 };
-
-/// Table names of the steps whose method is chosen by name, for readers that must know all keys.
-[[nodiscard]] std::vector<std::string> method_tables();
 
 }  // namespace grapnel

@@ -1,6 +1,7 @@
 #include "pipeline/refine/generalized_icp.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -30,6 +31,8 @@ FieldTable generalized_icp_fields() noexcept {
   using P = GeneralizedIcpParams;
   static constexpr std::array kFields = {
       number_field<&P::max_iterations>("max_iterations", "", 1, 500, "iterations at the most"),
+      number_field<&P::max_points>("max_points", "", 0, 200000,
+                                   "points of the moving surface used; 0 = all"),
       number_field<&P::max_distance_m>("max_distance_m", "m", 0.0, 100.0,
                                        "of partners; 0 = max_distance_ratio spacings"),
       number_field<&P::max_distance_ratio>("max_distance_ratio", "spacings", 0.5, 1000.0,
@@ -56,13 +59,17 @@ Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface&
   Vec3d centre = Vec3d::Zero();
   for (std::size_t i = 0; i < moving.size; ++i) centre += moving.point(i).cast<double>();
   if (moving.size > 0) centre /= static_cast<double>(moving.size);
+  const std::size_t stride =
+      params_.max_points == 0
+          ? 1
+          : std::max<std::size_t>(1, (moving.size + params_.max_points - 1) / params_.max_points);
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
   for (int iteration = 0; iteration < params_.max_iterations; ++iteration) {
     const Pose pose = result.target_from_source;
     const Vec3d middle = pose * centre;
     Sums sums;
-    for (std::size_t i = 0; i < moving.size; ++i) {
+    for (std::size_t i = 0; i < moving.size; i += stride) {
       const Vec3d x = pose * moving.point(i).cast<double>();
       const std::int32_t found = closest.closest(x.cast<float>(), static_cast<float>(reach_m));
       if (found < 0) continue;
@@ -94,7 +101,9 @@ Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface&
     if (!step.allFinite()) return Error{Code::RefinementDiverged, Stage::Refine, 0};
     Mat6d centre_from_origin = Mat6d::Identity();
     centre_from_origin.topRightCorner<3, 3>() = -skew(middle);
-    result.information = centre_from_origin.transpose() * sums.matrix * centre_from_origin;
+    // In units of one residual across both surfaces, as point to plane has it.
+    result.information = 2.0 * params_.normal_variance * centre_from_origin.transpose() *
+                         sums.matrix * centre_from_origin;
     result.target_from_source = moved(pose, step, middle);
     result.converged = step.head<3>().norm() <= params_.convergence_m &&
                        step.tail<3>().norm() <= params_.convergence_rad;

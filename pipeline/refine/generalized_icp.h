@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "base/field.h"
 #include "pipeline/stage.h"
 
@@ -7,6 +9,7 @@ namespace grapnel {
 
 struct GeneralizedIcpParams {
   int max_iterations = 30;
+  std::size_t max_points = 0;   ///< of the moving surface, spread evenly; 0: all (PCL)
   double max_distance_m = 0.0;  ///< of partners; 0 = auto: max_distance_ratio spacings
   double max_distance_ratio = 4.0;
   double normal_variance = 0.001;  ///< across the surface, where along it is 1 (PCL: 0.001)

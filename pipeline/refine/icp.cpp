@@ -99,6 +99,11 @@ void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& 
   }
 }
 
+Vec3d centre_of(const kernels::PairGate& gate) noexcept {
+  return {static_cast<double>(gate.centre[0]), static_cast<double>(gate.centre[1]),
+          static_cast<double>(gate.centre[2])};
+}
+
 Vec3d centre_of(const Surface& surface) noexcept {
   Vec3d sum = Vec3d::Zero();
   for (std::size_t i = 0; i < surface.size; ++i) sum += surface.point(i).cast<double>();
@@ -159,8 +164,7 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
     gate.max_square_m2 = static_cast<float>(distance_m * distance_m);
     gate.kernel_square_m2 = 0.25F * gate.max_square_m2;
     for (int axis = 0; axis < 3; ++axis) gate.centre[axis] = static_cast<float>(middle[axis]);
-    const Vec3d rounded(static_cast<double>(gate.centre[0]), static_cast<double>(gate.centre[1]),
-                        static_cast<double>(gate.centre[2]));
+    const Vec3d rounded = centre_of(gate);
     Partners partners{NormalEquations(rounded), {}, 0.0, 0};
     pair_up(moving, fixed, closest, pose, step, gate, plane, partners);
     if (partners.count < kFewestPartners) {
@@ -193,6 +197,12 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
   }
   if (!result.target_from_source.matrix().allFinite()) {
     return Error{Code::RefinementDiverged, Stage::Refine, 0};
+  }
+  if (!plane) {
+    // The closed form says nothing of what the partners fix; their normals do.
+    Partners last{NormalEquations(centre_of(gate)), {}, 0.0, 0};
+    pair_up(moving, fixed, closest, result.target_from_source, step, gate, true, last);
+    result.information = last.planes.information_at_origin();
   }
   return result;
 }

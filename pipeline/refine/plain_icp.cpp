@@ -1,6 +1,7 @@
 #include "pipeline/refine/plain_icp.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -40,6 +41,8 @@ FieldTable plain_icp_fields() noexcept {
   static constexpr std::array kFields = {
       choice_field<&P::metric>("metric", kMetrics, "error that is made small"),
       number_field<&P::max_iterations>("max_iterations", "", 1, 1000, "iterations at the most"),
+      number_field<&P::max_points>("max_points", "", 0, 200000,
+                                   "points of the moving surface used; 0 = all"),
       number_field<&P::max_distance_m>("max_distance_m", "m", 0.0, 100.0,
                                        "of partners; 0 = max_distance_ratio spacings"),
       number_field<&P::max_distance_ratio>("max_distance_ratio", "spacings", 0.5, 1000.0,
@@ -61,23 +64,28 @@ Result<RefinedPose> PlainIcp::refine(const Surface& moving, const Surface& fixed
   const double reach_m = params_.max_distance_m > 0.0
                              ? params_.max_distance_m
                              : params_.max_distance_ratio * fixed.spacing_m;
+  const std::size_t stride =
+      params_.max_points == 0
+          ? 1
+          : std::max<std::size_t>(1, (moving.size + params_.max_points - 1) / params_.max_points);
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
   double mse_before = std::numeric_limits<double>::max();
   for (int iteration = 0; iteration < params_.max_iterations && !result.converged; ++iteration) {
     const Pose pose = result.target_from_source;
     Sums sums;
-    for (std::size_t i = 0; i < moving.size; ++i) {
+    for (std::size_t i = 0; i < moving.size; i += stride) {
       const Vec3d x = pose * moving.point(i).cast<double>();
       const std::int32_t found = closest.closest(x.cast<float>(), static_cast<float>(reach_m));
       if (found < 0) continue;
       const auto partner = static_cast<std::size_t>(found);
       const Vec3d q = fixed.point(partner).cast<double>();
+      // The normals say what the partners fix, whichever error is made small.
+      const Vec3d n = fixed.normal(partner).cast<double>();
+      Vec6d j;
+      j << n, x.cross(n);
+      sums.matrix += j * j.transpose();
       if (plane) {
-        const Vec3d n = fixed.normal(partner).cast<double>();
-        Vec6d j;
-        j << n, x.cross(n);
-        sums.matrix += j * j.transpose();
         sums.gradient += j * n.dot(x - q);
       } else {
         sums.points.add(x, q);

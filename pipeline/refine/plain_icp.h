@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "base/field.h"
 #include "pipeline/stage.h"
 
@@ -9,6 +11,7 @@ struct PlainIcpParams {
   enum class Metric : std::uint8_t { PointToPoint, PointToPlane };
   Metric metric = Metric::PointToPoint;
   int max_iterations = 50;
+  std::size_t max_points = 0;   ///< of the moving surface, spread evenly; 0: all (PCL)
   double max_distance_m = 0.0;  ///< of partners; 0 = auto: max_distance_ratio spacings
   double max_distance_ratio = 10.0;
   double transformation_epsilon_m2 = 1e-8;  ///< on the squared translation of a step, as in PCL

@@ -207,6 +207,37 @@ TEST(ConfigOverride, ReplacesAndAddsValuesInTheFilesOwnSyntax) {
   EXPECT_THROW(apply_override(table, "=3"), InputError);
 }
 
+TEST(ConfigOverride, ANumberIsAPlaceInAListOfTables) {
+  ConfigTable table = parse_config("[[step]]\nindex = 1\n[[step]]\nindex = 2\n", "p.toml");
+  apply_override(table, "step.index=7");
+  apply_override(table, "step.2.index=8");
+  apply_override(table, "step.3.index=9");
+  EXPECT_THROW(apply_override(table, "step.5.index=1"), InputError);
+  EXPECT_THROW(apply_override(table, "step.0.index=1"), InputError);
+  ConfigReader reader(table);
+  std::vector<std::int64_t> indices;
+  for (const ConfigTable* step : reader.take_tables("step")) {
+    indices.push_back(std::get<std::int64_t>(step->find("index")->data));
+  }
+  EXPECT_EQ(indices, (std::vector<std::int64_t>{7, 8, 9}));
+}
+
+TEST(ConfigOverride, AnotherMethodStartsItsTableAnew) {
+  const std::string text = "[step]\nmethod = \"fine\"\nradius_m = 0.1\n";
+  ConfigTable same = parse_config(text, "p.toml");
+  apply_override(same, "step.method=fine");
+  ConfigTable other = parse_config(text, "p.toml");
+  apply_override(other, "step.count=3");
+  apply_override(other, "step.method=coarse");
+  const auto step = [](const ConfigTable& root) {
+    return std::get<std::vector<ConfigTable>>(root.find("step")->data).front();
+  };
+  EXPECT_NE(step(same).find("radius_m"), nullptr);
+  EXPECT_EQ(step(other).find("radius_m"), nullptr);
+  EXPECT_NE(step(other).find("count"), nullptr);
+  EXPECT_EQ(std::get<std::string>(step(other).find("method")->data), "coarse");
+}
+
 TEST(ConfigOverride, IsOneLine) {
   ConfigTable root = parse_config("", "f.toml");
   EXPECT_THROW(apply_override(root, "a = 1\nb = 2"), InputError);

@@ -9,6 +9,7 @@
 
 #include "base/config.h"
 #include "base/input_error.h"
+#include "pipeline/method_slots.h"
 #include "pipeline/registrar.h"
 #include "tests/support/temp_folder.h"
 
@@ -73,6 +74,16 @@ TEST_F(PresetFile, MistakesNameFileLineKeyAndWhatIsAllowed) {
       {"[accept]\nmin_fitness = 2.0\n", "21-test.toml:2: accept.min_fitness"},
       {"[accept]\nmin_fitness = \"high\"\n", "21-test.toml:2: accept.min_fitness"},
       {"[keypoints]\nmethod = \"sift4d\"\n", "iss"},
+      {"[keypoints]\nmethod = \"sift4d\"\n", "21-test.toml:2: keypoints.method"},
+      {"[keypoints]\nmethod = \"sift4d\"\n", "did you mean \"sift3d\"?"},
+      {"[descriptors]\nmethod = \"fpf\"\n", "allowed: fpfh, pfh, spin_image"},
+      {"[match]\nmetric = \"l2_square\"\n", "did you mean \"l2_squared\"?"},
+      {"[[reject]]\nmethod = \"median\"\n[[reject]]\nmethod = \"ransca\"\n",
+       "21-test.toml:4: reject.method"},
+      {"[coarse]\nmethod = \"svg\"\n", "did you mean \"svd\"?"},
+      {"[refine]\nmethod = \"gicp\"\n", "allowed: icp, generalized_icp, plain_icp"},
+      {"[refine]\nmethod = \"plain_icp\"\nfreeze_ratio = 0.1\n", "refine.freeze_ratio"},
+      {"[[refine]]\nmethod = \"icp\"\n[[refine]]\nmethod = \"icp\"\n", "one table is allowed"},
       {"[keypoints]\nmethod = \"iss\"\nradius = 3\n", "keypoints.radius"},
       {"[limits]\nmax_points = -1\n", "limits.max_points"},
       {"models = [\"nothing\"]\n", "nothing"},
@@ -88,6 +99,40 @@ TEST_F(PresetFile, MistakesNameFileLineKeyAndWhatIsAllowed) {
     EXPECT_NE(said.find(c.expected), std::string::npos) << c.text << " -> " << said;
     EXPECT_NE(said.find("21-test.toml"), std::string::npos) << said;
   }
+}
+
+TEST_F(PresetFile, EveryMethodOfEveryStepIsChosenByNameWithEveryKeyOfItsDescription) {
+  const std::string description = describe_preset();
+  method_slots().each([&](const auto& slot) {
+    const std::string table = slot.table;
+    EXPECT_NE(description.find("[" + table + "]"), std::string::npos);
+    for (const auto& method : slot.methods) {
+      std::string text = "[" + table + "]\nmethod = \"" + std::string(method.name) + "\"\n";
+      const ConfigTable over = slot_defaults(slot.defaults, method.name);
+      for (std::size_t i = 0; i < method.fields().size(); ++i) {
+        const std::string line =
+            std::string(method.fields()[i].name) + " = " + method.default_text(i, over);
+        EXPECT_NE(description.find(line), std::string::npos) << table << ": " << line;
+        text += line + "\n";
+      }
+      EXPECT_EQ(refusal(text), "");
+      EXPECT_EQ(refusal("", {table + ".method=" + std::string(method.name)}), "");
+    }
+  });
+}
+
+TEST_F(PresetFile, AMethodChosenOnTheCommandLineLeavesTheFilesKeysOfTheOldOne) {
+  const std::string text = "[keypoints]\nmethod = \"uniform\"\ncell_ratio = 2.5\n";
+  EXPECT_EQ(refusal(text, {"keypoints.method=sift3d"}), "");
+  EXPECT_EQ(refusal(text, {"keypoints.method=uniform"}), "");
+  EXPECT_NE(refusal(text, {"keypoints.method=sift3d", "keypoints.cell_ratio=2"}), "");
+}
+
+TEST_F(PresetFile, SeveralRejectorsAndGeneratorsFollowEachOther) {
+  EXPECT_EQ(refusal("[[reject]]\nmethod = \"median\"\n[[reject]]\nmethod = \"graph\"\n"
+                    "[[coarse]]\nmethod = \"surface_ransac\"\n[[coarse]]\nmethod = \"svd\"\n",
+                    {"reject.3.method=one_to_one"}),
+            "");
 }
 
 TEST_F(PresetFile, OverridesWinAndAreChecked) {

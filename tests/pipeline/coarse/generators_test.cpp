@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "base/config.h"
+#include "pipeline/coarse/generator_chain.h"
+#include "pipeline/coarse/pose_score.h"
 #include "pipeline/registry.h"
 #include "tests/pipeline/support/surfaces.h"
 #include "tests/support/heap_guard.h"
@@ -22,6 +24,10 @@ struct Pairs {
   std::vector<Correspondence> storage;
   Correspondences correspondences;
   Pose truth = Pose::Identity();
+  ClosestPointTable source_table, target_table;
+  SampleSet source_samples, target_samples;
+  std::unique_ptr<test::ArenaMemory> memory;
+  PoseScore score;
 
   explicit Pairs(int one_right_of) {
     truth.linear() = rotation_from_vector(Vec3d(0.4, 1.1, -0.7));
@@ -36,7 +42,20 @@ struct Pairs {
       correspondences.push_back({i, right ? i : static_cast<std::int32_t>(rng.below(200)), 0.0F});
     }
   }
-  [[nodiscard]] PairView view() { return {&*source, &*target, keypoints, keypoints}; }
+  /// With a score of the surfaces as they are now.
+  [[nodiscard]] PairView view() {
+    memory = std::make_unique<test::ArenaMemory>([&](Arena& arena) {
+      for (ClosestPointTable* table : {&source_table, &target_table}) table->reserve(arena, 60000);
+      for (SampleSet* samples : {&source_samples, &target_samples}) samples->reserve(arena, 256);
+    });
+    source_table.build(*source, 0.02);
+    target_table.build(*target, 0.02);
+    source_samples.draw(*source, Rng(1));
+    target_samples.draw(*target, Rng(2));
+    score = PoseScore({&source_samples, &source_table, &*source},
+                      {nullptr, &target_table, &*target, &target_samples}, 0.01F);
+    return {&*source, &*target, keypoints, keypoints, &score};
+  }
 };
 
 std::unique_ptr<HypothesisGenerator> with_defaults(std::size_t i) {
@@ -117,8 +136,9 @@ TEST_P(EveryGenerator, TakesNothingFromTheHeap) {
   if (!test::heap_guard_works()) GTEST_SKIP() << test::kNoHeapGuard;
   Pairs pairs(3);
   Rng rng(36);
+  const PairView view = pairs.view();
   test::arm_heap_guard();
-  (void)generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_);
+  (void)generator_->generate(view, pairs.correspondences, rng, hypotheses_);
   test::disarm_heap_guard();
   EXPECT_EQ(test::heap_calls(), 0U);
 }
@@ -147,6 +167,44 @@ TEST(RansacGenerator, FindsTheMotionAmongWrongPairs) {
             (hypotheses[i].target_from_source.translation() - pairs.truth.translation()).norm(),
         0.01);
   }
+}
+
+TEST(GeneratorChain, SupportsTheHypothesesOfAllGeneratorsByTheViewsScore) {
+  Pairs pairs(2);
+  std::vector<std::unique_ptr<HypothesisGenerator>> list;
+  for (std::size_t i = 0; i < hypothesis_generators().size(); ++i) list.push_back(with_defaults(i));
+  GeneratorChain chain(std::move(list), 8);
+  std::span<Hypothesis> storage;
+  const test::ArenaMemory memory([&](Arena& arena) {
+    chain.reserve(arena, test::small_limits());
+    storage = arena.take<Hypothesis>(20);
+  });
+  Hypotheses hypotheses(storage);
+  const PairView view = pairs.view();
+  Rng rng(39);
+  ASSERT_TRUE(chain.generate(view, pairs.correspondences, rng, hypotheses).ok());
+  ASSERT_GE(hypotheses.size(), 2U);
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    EXPECT_EQ(hypotheses[i].support, pairs.score(hypotheses[i].target_from_source, SIZE_MAX));
+    if (i > 0) {
+      EXPECT_GE(hypotheses[i - 1].support, hypotheses[i].support);
+    }
+  }
+  EXPECT_LT(rotation_angle_rad(hypotheses[0].target_from_source, pairs.truth), 0.02);
+}
+
+TEST(GeneratorChain, NeedsAScore) {
+  Pairs pairs(1);
+  PairView view = pairs.view();
+  view.score = nullptr;
+  std::vector<std::unique_ptr<HypothesisGenerator>> list;
+  list.push_back(with_defaults(0));
+  GeneratorChain chain(std::move(list), 8);
+  Hypotheses none;
+  Rng rng(40);
+  const Status status = chain.generate(view, pairs.correspondences, rng, none);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, Code::BadParameter);
 }
 
 TEST(SampleConsensus, FindsTheMotionAmongWrongPairs) {

@@ -3,12 +3,11 @@
 #include <cstddef>
 
 #include "base/field.h"
-#include "pipeline/coarse/pose_score.h"
 #include "pipeline/stage.h"
 
 namespace grapnel {
 
-struct RansacParams {
+struct SurfaceRansacParams {
   std::size_t draws = 40000;       ///< triples of pairs tried
   std::size_t ratings = 1500;      ///< poses rated at most
   std::size_t quick_samples = 64;  ///< of a first rating; promising poses get all samples
@@ -16,22 +15,23 @@ struct RansacParams {
   double min_extent_share = 0.1;  ///< shortest edge of a triple, share of the keypoints' extent
   double max_normal_angle_rad = 0.7;
 };
-[[nodiscard]] FieldTable ransac_fields() noexcept;
+[[nodiscard]] FieldTable surface_ransac_fields() noexcept;
 
 /// Poses from random triples of pairs (Fischler and Bolles 1981), with a check of edges before the
 /// closed form (as Buch 2013's prerejection) and rated not by pairs but by how well the surfaces
-/// agree: with weak descriptors a right pose then needs only three right pairs, drawn together
-/// once.
-class Ransac {
+/// agree, which the view's score says: with weak descriptors a right pose then needs only three
+/// right pairs, drawn together once.
+class SurfaceRansac final : public HypothesisGenerator {
  public:
-  explicit Ransac(const RansacParams& params) : params_(params) {}
+  explicit SurfaceRansac(const SurfaceRansacParams& params) : params_(params) {}
 
-  /// Adds the best to `hypotheses`, best first. Errors: TooFewCorrespondences, NoConsensus.
-  Status generate(const PairView& pair, const Correspondences& correspondences,
-                  const PoseScore& score, Rng& rng, Hypotheses& hypotheses) noexcept;
+  void reserve(Arena&, const Limits&) override {}
+  [[nodiscard]] bool supports_by_score() const noexcept override { return true; }
+  Status generate(const PairView& pair, const Correspondences& correspondences, Rng& rng,
+                  Hypotheses& hypotheses) noexcept override;
 
  private:
-  RansacParams params_;
+  SurfaceRansacParams params_;
 };
 
 }  // namespace grapnel

@@ -1,16 +1,17 @@
-#include "pipeline/coarse/ransac.h"
+#include "pipeline/coarse/surface_ransac.h"
 
 #include <algorithm>
 #include <array>
 
 #include "base/math.h"
 #include "pipeline/coarse/hypothesis_list.h"
+#include "pipeline/coarse/pose_score.h"
 #include "pipeline/coarse/triples.h"
 
 namespace grapnel {
 
-FieldTable ransac_fields() noexcept {
-  using P = RansacParams;
+FieldTable surface_ransac_fields() noexcept {
+  using P = SurfaceRansacParams;
   static constexpr std::array kFields = {
       number_field<&P::draws>("draws", "", 0, 10000000, "triples of pairs tried; 0 = off"),
       number_field<&P::ratings>("ratings", "", 1, 1000000, "poses rated at the most"),
@@ -25,8 +26,9 @@ FieldTable ransac_fields() noexcept {
   return kFields;
 }
 
-Status Ransac::generate(const PairView& pair, const Correspondences& correspondences,
-                        const PoseScore& score, Rng& rng, Hypotheses& hypotheses) noexcept {
+Status SurfaceRansac::generate(const PairView& pair, const Correspondences& correspondences,
+                               Rng& rng, Hypotheses& hypotheses) noexcept {
+  if (pair.score == nullptr) return Error{Code::BadParameter, Stage::Coarse, 0};
   if (correspondences.size() < 3) {
     return Error{Code::TooFewCorrespondences, Stage::Coarse,
                  static_cast<std::int32_t>(correspondences.size())};
@@ -45,11 +47,11 @@ Status Ransac::generate(const PairView& pair, const Correspondences& corresponde
     ++rated;
     const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : -1e9;
     // A quick rating scatters by about a tenth.
-    if (score.glance(hypothesis.target_from_source, params_.quick_samples, weakest - 0.15) <
+    if (pair.score->glance(hypothesis.target_from_source, params_.quick_samples, weakest - 0.15) <
         weakest - 0.15) {
       continue;
     }
-    hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
+    hypothesis.support = (*pair.score)(hypothesis.target_from_source, SIZE_MAX);
     keep_best(hypotheses, hypothesis);
   }
   if (rated == 0) return Error{Code::NoConsensus, Stage::Coarse, 0};
