@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/input_error.h"
@@ -27,6 +28,18 @@ struct StoredFeatures {
   }
 };
 
+/// What a method's key may hold, for --help.
+std::string choice_names(const Method<FeatureMatcher>& method, std::string_view key) {
+  std::string names;
+  for (const Field& field : method.fields()) {
+    if (field.name != key) continue;
+    for (const std::string_view choice : field.choices) {
+      names += (names.empty() ? "" : ", ") + std::string(choice);
+    }
+  }
+  return names;
+}
+
 }  // namespace
 
 int run_match(std::span<const std::string> args) {
@@ -36,10 +49,11 @@ int run_match(std::span<const std::string> args) {
   double ratio = 1.0;
   bool mutual = false;
   bool json = false;
+  const auto& method = find_method(feature_matchers(), "nearest_feature");
   Options options("match", "Pairs rows of two descriptor files whose bins are near.");
   options.positional("SOURCE.csv", source_file, "as describe writes it");
   options.positional("TARGET.csv", target_file, "as describe writes it");
-  options.value("--metric", metric, "l2 (Euclidean)");
+  options.value("--metric", metric, "distance between rows: " + choice_names(method, "metric"));
   options.flag("--mutual", mutual, "only pairs that choose each other");
   options.number("--ratio", ratio, 0.0, 1.0, "largest ratio of nearest to second nearest distance");
   options.flag("--json", json, "one JSON object on stdout");
