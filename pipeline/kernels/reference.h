@@ -7,11 +7,14 @@
 #include "pipeline/kernels/best_rows.h"
 #include "pipeline/kernels/depth_rows.h"
 #include "pipeline/kernels/pair_features.h"
+#include "pipeline/kernels/plane_fit.h"
 #include "pipeline/kernels/pose_rating.h"
+#include "pipeline/kernels/range_rows.h"
 #include "pipeline/kernels/rigid_pairs.h"
 #include "pipeline/kernels/spin_cells.h"
 #include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/kernels/weighted_rows.h"
+#include "pipeline/kernels/window_nearest.h"
 #include "pipeline/kernels/within.h"
 
 namespace grapnel::kernels::reference {
@@ -76,5 +79,22 @@ std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const Rigi
 
 void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
                     const PairAgreement& agreement, std::uint64_t* bits) noexcept;
+
+// Sums and roots in double: equal within the rounding of single precision, not bit by bit. These
+// take memory from the heap.
+
+void fit_patches(const RangePlanes& image, std::ptrdiff_t at, float* ninth_m2,
+                 const Spread& out) noexcept;
+
+void jumps(const RangePlanes& image, const JumpPlanes& planes, std::ptrdiff_t at,
+           std::ptrdiff_t step, float* out) noexcept;
+
+void beam_spread(const RangePlanes& normals, const float* code, std::ptrdiff_t at, float* count,
+                 const Spread& out) noexcept;
+
+void nearest_in_window(const PixelPlanes& planes, std::ptrdiff_t first,
+                       const WindowSelection& selection, float* sum_m, float* farthest_m2) noexcept;
+
+void fit_planes(const FitRow& row, std::size_t count, float* nx, float* ny, float* nz) noexcept;
 
 }  // namespace grapnel::kernels::reference
