@@ -171,6 +171,34 @@ TEST_P(PclBunnyFpfh, HistogramOfTheFirstPoint) {
   }
 }
 
+// weightPointSPFHSignature: every point's simplified histogram, weighed as if point i were i m
+// away.
+TEST_P(PclBunnyFpfh, SimplifiedHistogramsOfAllPointsWeighed) {
+  test::OwnedSurface surface = test::surface_of(cloud_);
+  Described described(*surface, limits_, GetParam());
+  std::array<double, 33> sum{};
+  for (std::size_t i = 1; i < surface->size; ++i) {
+    const auto row = described.fpfh.simplified(*surface, i);
+    for (std::size_t bin = 0; bin < 33; ++bin) {
+      sum[bin] += static_cast<double>(row[bin]) / static_cast<double>(i);
+    }
+  }
+  constexpr std::array<double, 33> kExpected = {
+      1.9798,  2.86927, 8.47911, 22.8784, 29.8597, 19.6877, 7.38611, 1.44265, 0.69677,
+      1.72609, 2.99435, 2.26313, 5.16573, 8.3263,  9.92427, 16.8062, 16.2767, 12.251,
+      10.354,  6.65578, 6.1437,  5.83341, 1.08809, 3.34133, 5.59236, 5.6355,  3.03257,
+      1.37437, 7.99746, 18.0343, 23.691,  19.8475, 10.3655};
+  for (std::size_t third = 0; third < 3; ++third) {
+    double total = 0.0;
+    for (std::size_t k = 0; k < 11; ++k) total += sum[11 * third + k];
+    for (std::size_t k = 0; k < 11; ++k) {
+      const std::size_t bin = 11 * third + k;
+      // PCL's own tolerance.
+      EXPECT_NEAR(100.0 * sum[bin] / total, kExpected[bin], 1e-2) << bin;
+    }
+  }
+}
+
 // test_filters.cpp, VoxelGrid: leaf 0.02.
 TEST_F(PclBunny, VoxelsOfTwoCentimetres) {
   test::OwnedSurface surface = test::surface_of(cloud_);

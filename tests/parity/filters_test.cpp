@@ -80,6 +80,30 @@ TEST_F(PclFilters, VoxelsBetweenTwoHeightsAre14AndOutsideOfThem100) {
   }
 }
 
+TEST_F(PclFilters, MedianOfThreePixelsOnFiveByFiveByHand) {
+  constexpr float kGiven[25] = {1, 2, 3, 4, 5, 6, 7, 8,   9,   10,  10,  9,  8,
+                                7, 6, 5, 4, 3, 2, 1, 100, 100, 500, 100, 100};
+  constexpr float kMedian[25] = {6, 6, 7,  8, 9, 7, 7, 7,   7,   7,   7,   7,  7,
+                                 7, 7, 10, 9, 8, 7, 7, 100, 100, 100, 100, 100};
+  for (const float most : {1e6F, 50.0F}) {
+    test::OwnedSurface surface(25, 25);
+    surface->size = 25;
+    surface->grid.width = surface->grid.height = 5;
+    surface->grid.intrinsics = {5, 5, 5.0, 5.0, 2.0, 2.0};
+    for (std::size_t i = 0; i < 25; ++i) {
+      surface->z[i] = kGiven[i];
+      surface->grid.point_of[i] = surface->grid.pixel_of[i] = static_cast<std::int32_t>(i);
+    }
+    Reserved<ZMedian> m(ZMedianParams{3, static_cast<double>(most), false}, test::small_limits());
+    ASSERT_TRUE(m.filter.apply(*surface).ok());
+    for (std::size_t i = 0; i < 25; ++i) {
+      // The 500 may move by 50 only.
+      const float expected = i == 22 && most == 50.0F ? 450.0F : kMedian[i];
+      EXPECT_NEAR(surface->z[i], expected, 1e-5F) << i;
+    }
+  }
+}
+
 TEST_F(PclFilters, MedianOfSevenPixelsOnARecordedFrame) {
   const CloudData cloud = load("milk_cartoon_all_small_clorox.pcd");
   if (cloud.size() == 0) GTEST_SKIP() << test::kNoRecordedData;
@@ -103,7 +127,8 @@ TEST_F(PclFilters, MedianOfSevenPixelsOnARecordedFrame) {
   };
   for (const Expected& e :
        {Expected{30, 100, 1.301F}, Expected{50, 100, 1.301F}, Expected{90, 100, 1.306F},
-        Expected{50, 200, 0.908F}, Expected{100, 300, 0.695F}}) {
+        Expected{50, 200, 0.908F}, Expected{100, 300, 0.695F}, Expected{128, 128, 1.177F},
+        Expected{256, 256, 0.779F}, Expected{428, 300, 0.703F}}) {
     const std::int32_t point = surface->grid.point_of[static_cast<std::size_t>(e.v * 640 + e.u)];
     ASSERT_GE(point, 0);
     EXPECT_NEAR(surface->z[static_cast<std::size_t>(point)], e.z, 1e-5F) << e.u << ", " << e.v;
