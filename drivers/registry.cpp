@@ -7,6 +7,7 @@
 
 #include "base/input_error.h"
 #include "drivers/auto_camera.h"
+#include "drivers/corrected_camera.h"
 #include "drivers/plugin_camera.h"
 #include "drivers/replay/replay_camera.h"
 #include "drivers/synthetic/synthetic_camera.h"
@@ -57,7 +58,9 @@ std::vector<std::filesystem::path> plugin_folders() {
   return {folder / "cameras", folder.parent_path() / GRAPNEL_LIBRARY_FOLDER / "grapnel/cameras"};
 }
 
-std::unique_ptr<Camera> make_camera(const ConfigTable& camera, const Clock& clock) {
+namespace {
+
+std::unique_ptr<Camera> make_plain_camera(const ConfigTable& camera, const Clock& clock) {
   ConfigReader reader(camera);
   reader.require("driver");
   const std::string name = reader.take_text("driver", "");
@@ -78,6 +81,26 @@ std::unique_ptr<Camera> make_camera(const ConfigTable& camera, const Clock& cloc
     }
   }
   throw reader.problem("driver", unknown_driver(name));
+}
+
+}  // namespace
+
+std::unique_ptr<Camera> make_camera(const ConfigTable& camera, const Clock& clock) {
+  ConfigReader reader(camera);
+  const std::string calibration = reader.take_text("calibration", "");
+  if (calibration.empty()) return make_plain_camera(camera, clock);
+  const std::filesystem::path file =
+      std::filesystem::path(camera.file()).parent_path() / calibration;
+  if (!std::filesystem::exists(file)) {
+    throw reader.problem("calibration", "\"" + calibration +
+                                            "\" is not there; a camera.toml or a folder of "
+                                            "SERIAL.toml is allowed");
+  }
+  ConfigTable rest(camera.file(), camera.path(), camera.line());
+  for (const auto& [key, value] : camera.entries()) {
+    if (key != "calibration") rest.set(key, value);
+  }
+  return make_corrected_camera(make_plain_camera(rest, clock), file);
 }
 
 std::vector<std::filesystem::path> find_plugins(const std::vector<std::filesystem::path>& folders) {

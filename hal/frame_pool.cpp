@@ -84,6 +84,7 @@ FramePool::Slot* FramePool::begin_write() noexcept {
 }
 
 void FramePool::publish(Slot* slot) noexcept {
+  if (filter_ != nullptr) filter_->apply(*slot);
   for (std::size_t i = 0; i < count_; ++i) {
     Cell& cell = cells_[i];
     if (&cell.slot != slot) continue;

@@ -13,6 +13,7 @@
 namespace grapnel {
 
 class FramePool;
+class FrameFilter;
 
 /// The right to read one frame. While it lives the capture thread does not reuse the slot.
 class FrameLease {
@@ -58,6 +59,9 @@ class FramePool {
   /// Writer: a slot to fill, nullptr when every slot is leased (the frame is then lost:
   /// count_drop()). At most one slot is out at a time.
   [[nodiscard]] Slot* begin_write() noexcept;
+  /// What changes every frame from now on before it is published; nullptr: nothing. While no
+  /// capture thread runs.
+  void set_filter(FrameFilter* filter) noexcept { filter_ = filter; }
   /// Writer: makes the slot the newest frame. `slot->frame.depth` must view `slot->depth`, and so
   /// on.
   void publish(Slot* slot) noexcept;
@@ -102,6 +106,7 @@ class FramePool {
   [[nodiscard]] FrameLease lease_best(Better better) noexcept;
   void release(std::size_t slot) noexcept;
 
+  FrameFilter* filter_ = nullptr;
   int max_width_;
   int max_height_;
   bool with_color_;
@@ -114,6 +119,13 @@ class FramePool {
   std::atomic<std::uint64_t> published_{0};
   std::atomic<std::uint64_t> dropped_{0};
   Signal signal_;
+};
+
+/// Changes frames on the capture thread before anybody sees them. Neither allocates nor waits.
+class FrameFilter {
+ public:
+  virtual ~FrameFilter() = default;
+  virtual void apply(FramePool::Slot& slot) noexcept = 0;
 };
 
 }  // namespace grapnel

@@ -26,8 +26,28 @@ struct CameraFile {
   double baseline_m = 0.075;
   std::vector<double> invalid = {0.0, 65535.0};  ///< counts that mean "no reading"; 0 always does
   std::string serial;
+  /// fx…cy are of the infrared image, whose pixel (u + shift 0, v + shift 1) is depth pixel (u, v);
+  /// empty: they are of the depth image.
+  std::vector<double> ir_shift_px;
+  std::vector<double> disparity_law;  ///< offset in 1/m, scale: 1/z' = offset + scale/z; or empty
+  int grid_columns = 0;               ///< of the grid of depth multipliers; 0: none
+  int grid_rows = 0;
+  std::vector<double> grid_distances_m;  ///< at which it was measured, ascending
+  std::vector<double> grid_multipliers;  ///< by distance, row, column
 
-  [[nodiscard]] Intrinsics intrinsics() const noexcept { return {width, height, fx, fy, cx, cy}; }
+  /// Of the depth image.
+  [[nodiscard]] Intrinsics intrinsics() const noexcept {
+    const bool shifted = ir_shift_px.size() == 2;
+    return {width,
+            height,
+            fx,
+            fy,
+            cx - (shifted ? ir_shift_px[0] : 0.0),
+            cy - (shifted ? ir_shift_px[1] : 0.0)};
+  }
+  [[nodiscard]] bool corrects_depth() const noexcept {
+    return !disparity_law.empty() || grid_columns > 0;
+  }
   [[nodiscard]] static FieldTable fields() noexcept;
 };
 

@@ -5,6 +5,7 @@
 
 #include "base/file.h"
 #include "base/input_error.h"
+#include "drivers/replay/depth_correction.h"
 #include "drivers/replay/image_file.h"
 #include "drivers/replay/recording.h"
 #include "drivers/replay/undistort.h"
@@ -49,6 +50,9 @@ FrameFile read_bare(const std::string& name, const std::string& camera) {
   erase_invalid(file.camera, file.depth);
   const std::vector<std::uint32_t> map = undistortion_map(file.camera);
   if (!map.empty()) undistort<std::uint16_t>(map, file.depth);
+  const DepthCorrection correction(file.camera, file.camera.metres_per_unit);
+  std::vector<float> scratch(correction.scratch_floats());
+  correction.apply(file.depth, scratch);
   return file;
 }
 

@@ -44,6 +44,7 @@ Recording Recording::open(const std::filesystem::path& folder) {
   recording.folder_ = folder;
   recording.camera_ = read_camera_file(folder / "camera.toml");
   recording.undistort_ = undistortion_map(recording.camera_);
+  recording.correction_ = DepthCorrection(recording.camera_, recording.camera_.metres_per_unit);
   std::vector<IndexRow> rows;
   if (std::filesystem::exists(folder / "depth.txt")) {
     rows = read_index(folder / "depth.txt");
@@ -100,6 +101,10 @@ bool Recording::read_frame(std::size_t frame, std::span<std::uint16_t> depth,
     decode_depth_png(bytes, row.depth_file, camera_.width, camera_.height, depth);
     erase_invalid(camera_, depth);
     if (!undistort_.empty()) undistort<std::uint16_t>(undistort_, depth);
+    if (!correction_.empty()) {
+      std::vector<float> scratch(correction_.scratch_floats());
+      correction_.apply(depth, scratch);
+    }
     if (color.empty() || row.color_file.empty()) return false;
     const std::vector<std::byte> packed = read_file(folder_ / row.color_file, kMaxImageFileBytes);
     decode_color_image(packed, row.color_file, camera_.width, camera_.height, color);

@@ -10,6 +10,7 @@
 
 #include "base/image.h"
 #include "drivers/replay/camera_file.h"
+#include "drivers/replay/depth_correction.h"
 #include "drivers/replay/recording_index.h"
 
 namespace grapnel {
@@ -38,8 +39,9 @@ class Recording {
   [[nodiscard]] std::int64_t interval_us() const noexcept { return interval_us_; }
 
   /// Decodes frame `frame` into buffers of width × height pixels: counts that mean "no reading"
-  /// become 0, and a lens distortion is taken out. `color` may be empty: then it is not read. True
-  /// when the colour was filled. Throws InputError naming the frame and its file.
+  /// become 0, and what camera.toml says of lens and depth is corrected. `color` may be empty: then
+  /// it is not read. True when the colour was filled. Throws InputError naming the frame and its
+  /// file.
   // NOLINTNEXTLINE(modernize-use-nodiscard): a caller without use for colour need not ask
   bool read_frame(std::size_t frame, std::span<std::uint16_t> depth, std::span<Rgb8> color) const;
 
@@ -59,6 +61,7 @@ class Recording {
   std::filesystem::path folder_;
   CameraFile camera_;
   std::vector<Frame> frames_;
+  DepthCorrection correction_;
   std::vector<std::uint32_t> undistort_;  // source pixel of each pixel; empty: as it is
   std::int64_t interval_us_ = 0;
   bool has_color_ = false;
