@@ -31,6 +31,7 @@ constexpr std::array kCommands = {
     Command{"evaluate", run_evaluate, "run presets over a suite of cases with known truth"},
     Command{"qualify", run_qualify, "set the limits of acceptance from labelled results"},
     Command{"teach", run_teach, "fuse frames into a model, their poses given or found"},
+    Command{"calibrate", run_calibrate, "measure a sensor's errors and write its camera.toml"},
     Command{"check", run_check, "check a configuration or a preset without running it"},
     Command{"describe-preset", run_describe_preset,
             "print every key of a preset with unit, range, default and help"},

@@ -17,6 +17,7 @@ struct Command {
   const char* summary;  ///< half a sentence for `grapnel --help`
 };
 
+int run_calibrate(std::span<const std::string> args);
 int run_check(std::span<const std::string> args);
 int run_curvature(std::span<const std::string> args);
 int run_describe(std::span<const std::string> args);
