@@ -21,7 +21,10 @@ constinit thread_local ThreadCount t_count;
 std::array<void*, 32> g_stack;
 std::atomic<int> g_stack_depth{0};
 
+std::atomic<std::uint64_t> g_calls{0};
+
 void count_call() noexcept {
+  g_calls.fetch_add(1, std::memory_order_relaxed);
   if (!t_count.armed) return;
   t_count.armed = false;
   ++t_count.calls;
@@ -46,6 +49,8 @@ void arm_heap_guard() noexcept {
 void disarm_heap_guard() noexcept { t_count.armed = false; }
 
 std::uint64_t heap_calls() noexcept { return t_count.calls; }
+
+std::uint64_t heap_calls_of_all() noexcept { return g_calls.load(std::memory_order_relaxed); }
 
 std::string first_heap_call() {
   const int depth = g_stack_depth.load();

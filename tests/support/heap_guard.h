@@ -18,6 +18,8 @@ void arm_heap_guard() noexcept;
 void disarm_heap_guard() noexcept;
 /// The calling thread's heap calls while armed.
 [[nodiscard]] std::uint64_t heap_calls() noexcept;
+/// Heap calls of all threads since the program began, armed or not.
+[[nodiscard]] std::uint64_t heap_calls_of_all() noexcept;
 /// The stack of the first counted call of any thread since the last clear, "" when there was none.
 [[nodiscard]] std::string first_heap_call();
 void clear_first_heap_call() noexcept;
