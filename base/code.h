@@ -29,11 +29,14 @@ enum class Code : std::uint16_t {
   ImplausibleOnBelt = 1017,       ///< implausible on the belt
   ContourDisagrees = 1018,        ///< contour disagrees
   JobDeadline = 1019,             ///< job deadline
+  PartsTouch = 1020,              ///< parts touch
+  NoSurfaceGrasp = 1021,          ///< no graspable surface
   Aborted = 1023,                 ///< aborted
   ObjectFound = 1100,             ///< object found
   Ready = 1101,                   ///< ready
   CaptureDone = 1102,             ///< capture done
   RoiConfirmedEmpty = 1103,       ///< region of interest confirmed empty
+  SurfaceGrasp = 1104,            ///< surface grasp
   SensorNotConnected = 2001,      ///< sensor not connected
   SensorOpening = 2002,           ///< sensor opening
   NoFrameInTime = 2003,           ///< no frame in time

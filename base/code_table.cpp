@@ -6,7 +6,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::array<CodeEntry, 69> kCodes = {{
+constexpr std::array<CodeEntry, 72> kCodes = {{
     {Code::NoObjectAccepted, "NoObjectAccepted", "no object accepted",
      "Objects were found, none passed every check.", "Read the object's own code and reasons."},
     {Code::RoiEmpty, "RoiEmpty", "region of interest empty",
@@ -55,6 +55,12 @@ constexpr std::array<CodeEntry, 69> kCodes = {{
      "The model's outline does not meet depth edges.", "Wrong part or wrong pose."},
     {Code::JobDeadline, "JobDeadline", "job deadline", "The job did not end before its deadline.",
      "Raise the deadline or choose a lighter preset."},
+    {Code::PartsTouch, "PartsTouch", "parts touch",
+     "What was measured in one piece is larger than the part: several touch, or it is a larger one.",
+     "Separate the parts on the belt; check that the model is the right one."},
+    {Code::NoSurfaceGrasp, "NoSurfaceGrasp", "no graspable surface",
+     "No patch on top is flat, large and steady enough for a grasp.",
+     "Check the limits of the preset's table surface_grasp."},
     {Code::Aborted, "Aborted", "aborted", "The job was aborted by command or by a lost heartbeat.",
      "Trigger again."},
     {Code::ObjectFound, "ObjectFound", "object found", "At least one object was accepted.", ""},
@@ -62,6 +68,8 @@ constexpr std::array<CodeEntry, 69> kCodes = {{
     {Code::CaptureDone, "CaptureDone", "capture done", "The frame asked for was captured.", ""},
     {Code::RoiConfirmedEmpty, "RoiConfirmedEmpty", "region of interest confirmed empty",
      "Answer to command 61: nothing stands above the belt.", ""},
+    {Code::SurfaceGrasp, "SurfaceGrasp", "surface grasp",
+     "The model does not fit; a grasp on the object's top surface was found instead.", ""},
     {Code::SensorNotConnected, "SensorNotConnected", "sensor not connected",
      "The camera is absent or was unplugged.", "Check cable and power."},
     {Code::SensorOpening, "SensorOpening", "sensor opening", "The camera is being opened.",

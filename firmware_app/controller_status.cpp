@@ -13,6 +13,12 @@ bool is_error(Code code) noexcept {
   return number != 0 && number / 100 % 10 == 0;
 }
 
+/// The device works, the part does not pass.
+bool is_rejection(Code code) noexcept {
+  return static_cast<std::uint16_t>(code) / 100 == 10 && code != Code::JobDeadline &&
+         code != Code::Aborted;
+}
+
 }  // namespace
 
 void Controller::advance() noexcept {
@@ -101,8 +107,7 @@ void Controller::publish(const PlcResult& result) noexcept {
   result_ = result;
   result_no_ = ++results_;
   if (is_error(result.code)) {
-    const auto number = static_cast<std::uint16_t>(result.code);
-    if (number < 1002 || number > 1018) ++error_count_;  // a rejected part is no error
+    if (!is_rejection(result.code)) ++error_count_;  // a rejected part is no error
   }
   if (result.code == Code::JobDeadline) {
     ++counters_.deadlines_missed;
@@ -112,8 +117,8 @@ void Controller::publish(const PlcResult& result) noexcept {
     return;
   }
   misses_in_a_row_ = 0;
-  const bool accepted = !result.objects.empty() && result.objects[0].accepted;
-  const bool rejected = is_error(result.code) && static_cast<std::uint16_t>(result.code) < 1019;
+  const bool accepted = !result.objects.empty() && result.objects[0].has_pose();
+  const bool rejected = is_rejection(result.code);
   if (accepted) ++counters_.jobs_accepted;
   if (rejected) ++counters_.jobs_rejected;
   log_->push(LogLevel::Info, Stage::Publish, result.code, "result {} for command token {}, {} us",
@@ -164,7 +169,7 @@ std::uint16_t Controller::flags() const noexcept {
   const ConfigState& config = exchange_->config.state.get();
   const Health& health = exchange_->health.get();
   const bool preset_ok = config.active.number != 0;
-  const bool valid = result_no_ != 0 && !result_.objects.empty() && result_.objects[0].accepted;
+  const bool valid = result_no_ != 0 && !result_.objects.empty() && result_.objects[0].has_pose();
   const bool fault = fault_ != Code::Ok || !sensor_ok() || heartbeat_latched_ || !preset_ok;
   const bool ready =
       health.started && armed_ && !busy() && sensor_ok() && preset_ok && fault_ == Code::Ok;

@@ -23,6 +23,7 @@ PlcObject to_plc_object(const RegistrationReport& report, const JobProfile& prof
                         bool camera_frame, std::uint16_t extra_quality) noexcept {
   PlcObject object;
   object.accepted = report.accepted;
+  object.surface_grasp = report.surface_grasp;
   object.code = report.code;
   object.reasons = reason_bits(report);
   object.fitness = report.fitness;
@@ -45,9 +46,11 @@ PlcObject to_plc_object(const RegistrationReport& report, const JobProfile& prof
   if (report.model >= profile.models.size()) return object;
   const ModelProfile& model = profile.models[report.model];
   object.model_id = model.id;
-  object.pick_point_id = model.grasp_id;
-  const Pose camera_from_pick =
-      report.target_from_source * model.model_from_grasp * model.grasp_from_pick;
+  object.pick_point_id = report.surface_grasp ? std::uint16_t{0} : model.grasp_id;
+  const Pose camera_from_grasp = report.surface_grasp
+                                     ? report.target_from_grasp
+                                     : report.target_from_source * model.model_from_grasp;
+  const Pose camera_from_pick = camera_from_grasp * model.grasp_from_pick;
   object.frame_from_grasp =
       to_robot ? profile.robot_from_camera * camera_from_pick : camera_from_pick;
   return object;

@@ -97,6 +97,11 @@ inline constexpr std::uint16_t kFlagHeartbeat = 1u << 15;
 /// Which frame a pose is given in (object record FRAME).
 enum class PoseFrame : std::uint16_t { Camera = 0, RobotBase = 1, Conveyor = 2 };
 
+/// Object record DECISION.
+inline constexpr std::uint16_t kDecisionReject = 0;
+inline constexpr std::uint16_t kDecisionModelPose = 1;
+inline constexpr std::uint16_t kDecisionSurfaceGrasp = 2;
+
 /// Object record QUALITY bits.
 inline constexpr std::uint16_t kQualitySymmetric = 1u << 0;
 inline constexpr std::uint16_t kQualityLostPackets = 1u << 1;
@@ -113,8 +118,9 @@ struct PlcObject {
   std::uint16_t model_id = 0;
   std::uint16_t pick_point_id = 0;
   PoseFrame frame = PoseFrame::Camera;
-  Pose frame_from_grasp = Pose::Identity();  ///< meaningful only when accepted
+  Pose frame_from_grasp = Pose::Identity();  ///< meaningful only with has_pose()
   bool accepted = false;
+  bool surface_grasp = false;  ///< no model fits; the pose is a grasp on the object's top
   double fitness = 0.0;
   double rmse_m = 0.0;
   double coverage = 0.0;
@@ -126,6 +132,9 @@ struct PlcObject {
   std::uint16_t quality_score = 0;  ///< 0…1000
   Code code = Code::NoObjectAccepted;
   std::uint32_t reasons = 0;  ///< bit n = code 1000 + n
+
+  /// Something a robot may act on, if it knows to tell the two.
+  [[nodiscard]] bool has_pose() const noexcept { return accepted || surface_grasp; }
 };
 
 /// One finished job. Published whole; stays latched until the next accepted command or a clear.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/hash.h"
-#include "base/insertion_sort.h"
 #include "pipeline/judge/resting.h"
 #include "pipeline/judge/verdict.h"
 
@@ -18,6 +17,8 @@ constexpr double kViewPitch = 0.008;
 // Match tolerance at the least: 4 mm at the scale of parcels, a fiftieth of small parts.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfDiameter = 0.02;
+// Views of the part that one piece may measure: a part 10 % larger has 1.21, two that touch more.
+constexpr double kTouching = 1.3;
 
 std::uint64_t hash_of(const DepthFrame& frame, std::uint64_t seed) noexcept {
   for (int v = 0; v < frame.depth.height; ++v) {
@@ -48,18 +49,10 @@ double share_outside(const Surface& model, const Pose& camera_from_model,
   return facing > 0 ? static_cast<double>(outside) / static_cast<double>(facing) : 1.0;
 }
 
-bool ranks_before(const RegistrationReport& a, const RegistrationReport& b) noexcept {
-  if (a.accepted != b.accepted) return a.accepted;
-  // Rejected ones: by how much of the model was seen.
-  return a.accepted
-             ? a.quality > b.quality
-             : a.fitness - 2.0 * a.free_space_violation > b.fitness - 2.0 * b.free_space_violation;
-}
-
 }  // namespace
 
 FrameJob::FrameJob(RegistrarState& state, const JobContext& context) noexcept
-    : s_(state), context_(context), watch_(context, reports_), rng_(0) {
+    : s_(state), context_(context), objects_(reports_), watch_(context, reports_), rng_(0) {
   for (const ModelIndex& model : s_.models) {
     if (smallest_diameter_m_ == 0.0 || model.diameter_m < smallest_diameter_m_) {
       smallest_diameter_m_ = model.diameter_m;
@@ -73,19 +66,22 @@ Result<RegistrationReports> FrameJob::run(const DepthFrame& frame) noexcept {
 
   const std::size_t wanted = wanted_objects();
   std::uint32_t used = 0;  // components that belong to an accepted object
-  std::size_t looked_at = 0;
+  std::size_t in_vain = 0;
   for (const ObjectGroup& group : s_.groups.groups()) {
     if ((group.members & used) != 0) continue;
-    if (accepted_ >= wanted || looked_at++ >= s_.stages.params.general.max_components) break;
+    if (accepted_ >= wanted || in_vain >= s_.stages.params.general.max_components) break;
+    group_ = &group;
     s_.groups.select(group, s_.work);
     const Status described = describe(frame, group);
-    if (!described.ok()) {
-      if (described.error().code == Code::TooFewPoints) continue;
-      return described.error();
-    }
+    if (!described.ok() && described.error().code != Code::TooFewPoints) return described.error();
     bool accepted = false;
-    if (const Status status = register_models(accepted); !status.ok()) return status.error();
-    if (!accepted) continue;
+    if (described.ok()) {
+      if (const Status status = register_models(accepted); !status.ok()) return status.error();
+    }
+    if (!accepted) {
+      ++in_vain;
+      continue;
+    }
     ++accepted_;
     used |= group.members;
   }
@@ -163,8 +159,8 @@ Status FrameJob::find_objects(const DepthFrame&) noexcept {
       general.max_visible_ratio > 0.0 ? general.max_visible_ratio * most_m2 : 1e9;
   s_.groups.find(s_.work, s_.components,
                  {diameter_m, general.min_visible_ratio * least_m2, limit_m2});
-  reports_.found = static_cast<std::uint32_t>(s_.groups.groups().size());
-  if (!s_.groups.groups().empty()) return {};
+  most_area_m2_ = most_m2;
+  if (!s_.groups.groups().empty() || !s_.groups.oversized().empty()) return {};
   return Error{Code::RoiEmpty, Stage::Segment, static_cast<std::int32_t>(s_.background.foreground)};
 }
 
@@ -242,22 +238,17 @@ Status FrameJob::register_models(bool& accepted) noexcept {
     reported = true;
   }
   accepted = reported && best.accepted;
-  if (reported) keep_report(best);
+  if (!reported) return {};
+  if (!accepted && s_.stages.params.surface_grasp.enabled) look_for_grasp(best);
+  objects_.keep(best);
   return {};
-}
-
-/// A full list gives its weakest for a better one.
-void FrameJob::keep_report(const RegistrationReport& report) noexcept {
-  if (reports_.objects.push_back(report)) return;
-  rank();
-  RegistrationReport& last = reports_.objects[reports_.objects.size() - 1];
-  if (ranks_before(report, last)) last = report;
 }
 
 Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report) noexcept {
   ModelIndex& model = s_.models[model_i];
   const MeasuredObject object = measured();
   report.model = static_cast<std::uint32_t>(model_i);
+  report.pieces = group_->members;
   report.symmetric = model.symmetry != Symmetry::None;
   report.counts.source_points = static_cast<std::uint32_t>(model.fine.size);
   report.counts.target_points = static_cast<std::uint32_t>(s_.object.surface.size);
@@ -341,6 +332,32 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     }
   }
   pass_verdict(findings, s_.stages.params.verdict, report);
+  name_touching(model_i, report);
+}
+
+void FrameJob::look_for_grasp(RegistrationReport& report) const noexcept {
+  const ModelIndex& model = s_.models[report.model];
+  GraspScene scene;
+  scene.work = &s_.work;
+  scene.label = group_->label;
+  scene.surface = &s_.object.surface;
+  if (s_.background.plane_count > 0) scene.belt = &s_.background.planes[0];
+  scene.whole = !group_->whole.touches_edge;
+  scene.area_m2 = group_->whole.area_m2;
+  scene.model_area_m2 = std::max(1e-9, static_cast<double>(model.templates.most_area_m2()));
+  scene.model_thickness_m = least_extent_m(model.fine);
+  grasp_surface(scene, s_.stages.params.surface_grasp, report);
+}
+
+/// A part that fits while the measured piece goes on beside it, or a piece too large for any view
+/// of the part: parts touch. A rejection says so first.
+void FrameJob::name_touching(std::size_t model_i, RegistrationReport& report) const noexcept {
+  if (report.accepted) return;
+  const auto most_m2 = static_cast<double>(s_.models[model_i].templates.most_area_m2());
+  const auto explained = static_cast<double>(report.measured[Check::Explained]);
+  const bool fits = report.fitness >= s_.stages.params.verdict.min_fitness && explained > 0.0;
+  const double size = fits ? 1.0 / explained : group_->whole.area_m2 / std::max(most_m2, 1e-9);
+  if (size > kTouching) reject_for({Check::Size, size, kTouching}, report);
 }
 
 std::size_t FrameJob::wanted_objects() const noexcept {
@@ -349,17 +366,13 @@ std::size_t FrameJob::wanted_objects() const noexcept {
   return std::clamp<std::size_t>(wanted, 1, 8);
 }
 
-void FrameJob::rank() noexcept {
-  insertion_sort(reports_.objects.begin(), reports_.objects.end(), ranks_before);
-}
-
 void FrameJob::conclude() noexcept {
-  rank();
-  if (reports_.objects.size() > wanted_objects()) reports_.objects.resize(wanted_objects());
-  reports_.code = Code::RoiEmpty;
-  if (reports_.objects.empty()) return;
-  reports_.code = reports_.objects[0].code;
-  reports_.counts = reports_.objects[0].counts;
+  const double limit = s_.stages.params.general.max_visible_ratio;
+  for (const ObjectGroup& piece : s_.groups.oversized()) {
+    objects_.keep_oversized(piece, piece.whole.area_m2 / most_area_m2_, limit);
+  }
+  objects_.reject_shared_space(s_.models, view_.noise);
+  objects_.finish(s_.groups, wanted_objects());
 }
 
 }  // namespace grapnel

@@ -5,6 +5,7 @@
 #include "base/depth_frame.h"
 #include "base/error.h"
 #include "base/rng.h"
+#include "pipeline/object_reports.h"
 #include "pipeline/registrar_state.h"
 
 namespace grapnel {
@@ -27,20 +28,23 @@ class FrameJob {
   Status register_models(bool& accepted) noexcept;
   Status register_model(std::size_t model_i, RegistrationReport& report) noexcept;
   void judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
-  void keep_report(const RegistrationReport& report) noexcept;
+  void look_for_grasp(RegistrationReport& report) const noexcept;
+  void name_touching(std::size_t model_i, RegistrationReport& report) const noexcept;
   [[nodiscard]] std::size_t wanted_objects() const noexcept;
-  void rank() noexcept;
   void conclude() noexcept;
   [[nodiscard]] MeasuredObject measured() noexcept;
 
   RegistrarState& s_;
   const JobContext& context_;
   RegistrationReports reports_;
+  ObjectReports objects_;
   JobWatch watch_;
   Rng rng_;
   DepthView view_;
   Vec3d middle_ = Vec3d::Zero();
   double smallest_diameter_m_ = 0.0;
+  double most_area_m2_ = 0.0;           ///< largest view of a model, projected
+  const ObjectGroup* group_ = nullptr;  ///< what is looked at
   std::size_t accepted_ = 0;
 };
 

@@ -1,4 +1,5 @@
 #include "pipeline/model_index.h"
+#include "pipeline/shared_space.h"
 
 #include <algorithm>
 #include <array>
@@ -165,6 +166,7 @@ void ModelIndex::build(const Model& model, const ModelIndexParams& params, doubl
   centre = 0.5 * (low + high);
   diameter_m = (high - low).norm();
   symmetry = model.symmetry;
+  closed = encloses_volume(fine);
   find_flat(fine, coarse, flat);
   table.build(fine, 0.15 * diameter_m);
   coarse_table.build(coarse, 0.15 * diameter_m);

@@ -38,6 +38,7 @@ struct ModelIndex {
   Symmetry symmetry = Symmetry::None;
   Vec3d centre = Vec3d::Zero();  ///< of the bounding box, model frame
   double diameter_m = 0.0;       ///< of the bounding box
+  bool closed = false;           ///< its surface encloses a volume
   static constexpr std::size_t kSiblings = 12;
   FixedList<Sibling> siblings;  ///< what nearly maps the model onto itself, nearest first
 

@@ -91,6 +91,7 @@ void ObjectGroups::find(const WorkingDepth& work, const Components& components,
     return area_m2 >= bounds.min_area_m2 && area_m2 <= bounds.max_area_m2;
   };
   groups_.clear();
+  oversized_.clear();
   for (int v = 0; v < work.label.height; ++v) {
     std::copy_n(work.label.row(v), work.label.width,
                 own_label_.data() + static_cast<std::ptrdiff_t>(v) * work.label.width);
@@ -113,8 +114,9 @@ void ObjectGroups::find(const WorkingDepth& work, const Components& components,
     if (fits(group.whole.area_m2)) groups_.push_back(group);
   }
   for (std::size_t i = 0; i < components.size(); ++i) {
-    if (!fits(components[i].area_m2)) continue;
-    groups_.push_back(join(components, 1U << i, work));
+    const ObjectGroup own = join(components, 1U << i, work);
+    if (own.whole.area_m2 > bounds.max_area_m2) oversized_.push_back(own);
+    if (fits(own.whole.area_m2)) groups_.push_back(own);
   }
 }
 

@@ -39,6 +39,10 @@ class ObjectGroups {
   [[nodiscard]] const InlineList<ObjectGroup, kMaxGroups>& groups() const noexcept {
     return groups_;
   }
+  /// Pieces larger than an object may be: several that touch, or something else.
+  [[nodiscard]] const InlineList<ObjectGroup, kMaxComponents>& oversized() const noexcept {
+    return oversized_;
+  }
   /// Gives all pixels of a group the same label, and every other pixel its own back.
   void select(const ObjectGroup& group, WorkingDepth& work) noexcept;
 
@@ -51,6 +55,7 @@ class ObjectGroups {
   std::span<std::uint8_t> own_label_;  // as the segmenter left them
   std::uint32_t beside_[kMaxComponents] = {};
   InlineList<ObjectGroup, kMaxGroups> groups_;
+  InlineList<ObjectGroup, kMaxComponents> oversized_;
 };
 
 }  // namespace grapnel

@@ -61,6 +61,22 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
      "distance of the part's lowest point from the belt", Bound::AtMost, 1e3, 1, " mm"},
     {"support_m", Code::ImplausibleOnBelt, "distance of the part's centre inside what it stands on",
      Bound::AtLeast, 1e3, 1, " mm"},
+    {"size", Code::PartsTouch,
+     "parts touch, or it is a larger one: the measured object's size in views of the part is",
+     Bound::AtMost, 1.0, 2, ""},
+    {"shared_space", Code::HypothesesDisagree, "share of the part inside of another one reported",
+     Bound::AtMost, 1.0, 3, ""},
+    {"grasp_whole", Code::NoSurfaceGrasp,
+     "for a surface grasp, objects that the image's end cuts off", Bound::AtMost, 1.0, 0, ""},
+    {"grasp_size", Code::NoSurfaceGrasp,
+     "for a surface grasp, the object's size in views of the model", Bound::AtMost, 1.0, 2, ""},
+    {"grasp_height_m", Code::NoSurfaceGrasp,
+     "for a surface grasp, the object's height above the belt", Bound::AtMost, 1e3, 0, " mm"},
+    {"grasp_patch", Code::NoSurfaceGrasp,
+     "for a surface grasp, share of a level footprint that the object fills", Bound::AtLeast, 1.0,
+     2, ""},
+    {"grasp_flat_m", Code::NoSurfaceGrasp,
+     "for a surface grasp, deviation of the flattest footprint", Bound::AtMost, 1e3, 1, " mm"},
 }};
 
 const Wording& wording_of(Check check) noexcept {

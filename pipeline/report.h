@@ -32,6 +32,13 @@ enum class Check : std::uint8_t {
   BeltKnown,
   BeltDistance,
   Support,
+  Size,
+  SharedSpace,
+  GraspWhole,
+  GraspSize,
+  GraspHeight,
+  GraspPatch,
+  GraspFlat,
   kCount
 };
 
@@ -71,12 +78,16 @@ struct Measured {
 /// The answer about one object: a pose never travels without its verdict.
 struct RegistrationReport {
   bool accepted = false;
-  Code code = Code::NoObjectAccepted;  ///< ObjectFound, or the first failing reason
-  InlineList<Reason, 16> reasons;      ///< every failing check, empty when accepted
-  std::uint32_t model = 0;             ///< index in the preset's list of models
+  /// ObjectFound, SurfaceGrasp, or the first failing reason.
+  Code code = Code::NoObjectAccepted;
+  InlineList<Reason, 16> reasons;  ///< every failing check, empty when accepted
+  std::uint32_t model = 0;         ///< index in the preset's list of models
+  std::uint32_t pieces = 0;        ///< of a frame: bit i = i-th connected piece that was looked at
   Pose target_from_source =
       Pose::Identity();  ///< the best pose found, also when rejected; see has_pose
   bool has_pose = false;
+  bool surface_grasp = false;                 ///< not accepted, but the object's top offers a grasp
+  Pose target_from_grasp = Pose::Identity();  ///< that grasp: z into the surface
   double fitness = 0.0;   ///< matched share of the visible model where there is a reading, 0…1
   double rmse_m = 0.0;    ///< point-to-plane, of the matched samples
   double coverage = 0.0;  ///< share of the whole model confirmed (pairs: overlap), 0…1
@@ -102,7 +113,8 @@ struct RegistrationReports {
   InlineList<RegistrationReport, 8> objects;
   Code code =
       Code::NoObjectAccepted;  ///< RES_CODE: ObjectFound, RoiEmpty, the best object's code, …
-  std::uint32_t found = 0;     ///< candidate objects seen, before the verdicts
+  std::uint32_t found = 0;     ///< objects seen: accepted ones, and what else stands on the belt; a
+                               ///< piece that several touching parts make counts as one
   std::uint32_t seed = 0;
   StageCounts counts;  ///< of the job; the objects hold their own
   StageTimes stage_us{};

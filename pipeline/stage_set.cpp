@@ -57,6 +57,7 @@ std::vector<ParamTable> param_tables(StageParams& p) {
       {"search", search_fields(), &p.search},
       {"accept", verdict_fields(), &p.verdict},
       {"accept_pair", overlap_fields(), &p.overlap},
+      {"surface_grasp", surface_grasp_fields(), &p.surface_grasp},
   };
 }
 

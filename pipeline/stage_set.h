@@ -16,6 +16,7 @@
 #include "pipeline/refine/contour_fit.h"
 #include "pipeline/search.h"
 #include "pipeline/stage.h"
+#include "pipeline/surface_grasp.h"
 
 namespace grapnel {
 
@@ -49,6 +50,7 @@ struct StageParams {
   SearchParams search;
   VerdictParams verdict;
   OverlapParams overlap;
+  SurfaceGraspParams surface_grasp;
 };
 
 /// A table of a preset whose keys fill one parameter struct.

@@ -21,7 +21,8 @@ std::vector<std::string> sentences(const RegistrationReport& report) {
 }
 
 bool found_nothing(Code code) {
-  return code >= Code::NoObjectAccepted && code <= Code::ContourDisagrees;
+  return (code >= Code::NoObjectAccepted && code <= Code::ContourDisagrees) ||
+         code == Code::PartsTouch || code == Code::NoSurfaceGrasp;
 }
 
 nlohmann::ordered_json counts_json(const StageCounts& counts) {
@@ -40,6 +41,7 @@ nlohmann::ordered_json object_json(const RegistrationReport& object) {
   json["code"] = static_cast<unsigned>(object.code);
   json["reasons"] = sentences(object);
   if (object.has_pose) json["transform"] = pose_json(object.target_from_source);
+  if (object.surface_grasp) json["surface_grasp"] = pose_json(object.target_from_grasp);
   json["fitness"] = object.fitness;
   json["margin"] = object.margin;
   json["quality"] = object.quality;

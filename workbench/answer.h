@@ -28,8 +28,8 @@ struct Answer {
 /// "accepted", "rejected" or "error".
 [[nodiscard]] const char* status_name(Answer::Status status) noexcept;
 
-/// The answer to a job that ended without a report. Codes of class 1000 up to 1018 say that nothing
-/// was found and count as rejected; all others are errors.
+/// The answer to a job that ended without a report. Codes that say what is wrong with what
+/// lies there, or that nothing does, count as rejected; all others are errors.
 [[nodiscard]] Answer answer_from_error(const Error& error);
 
 /// The answer to a job, with its best object: the first accepted one, else the first.

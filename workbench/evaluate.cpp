@@ -81,10 +81,11 @@ std::vector<CaseResult> run_cases(const Suite& suite, const std::vector<SuiteCas
 }
 
 std::vector<CasePicture> draw(const std::vector<SuiteCase>& cases, std::size_t presets,
-                              const std::vector<CaseResult>& results, std::size_t count) {
+                              const std::vector<CaseResult>& results, std::size_t count,
+                              int panel_px) {
   std::vector<const SuiteCase*> case_of;
   for (std::size_t i = 0; i < results.size(); ++i) case_of.push_back(&cases[i / presets]);
-  return draw_cases(results, case_of, count);
+  return draw_cases(results, case_of, count, panel_px);
 }
 
 /// Names are the cases' own, with nothing in them that a file system takes amiss.
@@ -121,6 +122,7 @@ int run_evaluate(std::span<const std::string> args) {
   std::vector<std::string> presets;
   std::int64_t jobs = 1;
   std::int64_t pictures = 24;
+  std::int64_t panel_px = 220;
   bool as_files = false;
   Options options("evaluate", "Runs presets over a suite of cases with known truth.");
   options.positional("SUITE.toml", file, "the suite");
@@ -129,6 +131,7 @@ int run_evaluate(std::span<const std::string> args) {
   options.required("-o,--output", folder, "folder for results.jsonl, summary.json, report.html");
   options.integer("--jobs", jobs, 1, 256, "cases run at once; results do not depend on it");
   options.integer("--pictures", pictures, 0, 1000, "cases drawn in report.html");
+  options.integer("--panel-px", panel_px, 32, 2000, "longer side of a picture's panels");
   options.flag("--picture-files", as_files, "also write each picture to DIR/pictures/CASE.png");
   options.value("--shard", shard_text, "I/N: only every N-th case, beginning with the I-th");
   if (!options.parse(args)) return 0;
@@ -153,7 +156,8 @@ int run_evaluate(std::span<const std::string> args) {
   write_file(fs::path(folder) / "results.jsonl", std::string_view(lines));
   write_file(fs::path(folder) / "summary.json", std::string_view(summary.dump(2) + "\n"));
   const std::vector<CasePicture> drawn =
-      draw(cases, presets.size(), results, static_cast<std::size_t>(pictures));
+      draw(cases, presets.size(), results, static_cast<std::size_t>(pictures),
+           static_cast<int>(panel_px));
   if (as_files) write_pictures(fs::path(folder) / "pictures", results, drawn);
   write_file(fs::path(folder) / "report.html",
              std::string_view(html_report(summary, results, drawn)));

@@ -76,8 +76,13 @@ json reasons_json(std::uint32_t reasons) {
   return list;
 }
 
+const char* decision_text(const PlcObject& object) {
+  if (object.accepted) return "accept";
+  return object.surface_grasp ? "surface_grasp" : "reject";
+}
+
 json object_json(const PlcObject& object, const PoseRegisters& pose, std::uint16_t format) {
-  json out = {{"decision", object.accepted ? "accept" : "reject"},
+  json out = {{"decision", decision_text(object)},
               {"code", static_cast<int>(object.code)},
               {"reasons", reasons_json(object.reasons)},
               {"model_id", object.model_id},
@@ -94,7 +99,7 @@ json object_json(const PlcObject& object, const PoseRegisters& pose, std::uint16
               {"quality_score", object.quality_score},
               {"pose", nullptr},
               {"transform", nullptr}};
-  if (!object.accepted) return out;
+  if (!object.has_pose()) return out;
   const double rotation = rotation_scale(static_cast<PoseFormat>(format));
   json numbers = json::array();
   for (std::size_t i = 0; i < pose.size(); ++i)
@@ -175,10 +180,10 @@ void print_answer(const PlcAnswer& answer, std::uint32_t part_tag) {
             << ((reading.status.flags & kFlagReplay) != 0 ? " (not live)" : "") << "\n";
   for (std::size_t i = 0; i < reading.result.objects.size(); ++i) {
     const PlcObject& object = reading.result.objects[i];
-    std::cout << "  object " << i + 1 << ": " << (object.accepted ? "accept" : "reject")
-              << ", model " << object.model_id << ", "
-              << (object.accepted ? pose_text(reading.poses[i], reading.result.pose_format)
-                                  : code_text(object.code))
+    std::cout << "  object " << i + 1 << ": " << decision_text(object) << ", model "
+              << object.model_id << ", "
+              << (object.has_pose() ? pose_text(reading.poses[i], reading.result.pose_format)
+                                    : code_text(object.code))
               << ", fitness " << number_text(object.fitness, 4) << ", rmse "
               << number_text(object.rmse_m * 1e3, 3) << " mm, margin "
               << number_text(object.margin, 4) << "\n";

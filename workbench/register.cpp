@@ -27,6 +27,7 @@ struct RegisterOptions {
   std::string picture;
   std::string simd;
   std::int64_t repeat = 1;
+  std::int64_t panel_px = 480;
   bool json = false;
 };
 
@@ -57,6 +58,7 @@ std::optional<RegisterOptions> parse(std::span<const std::string> args) {
   options.value("-o,--output", wanted.merged, "write both clouds, source moved, as .ply or .pcd");
   options.value("--picture", wanted.picture,
                 "write a .png: depth, the poses on it, what the measurement says of them");
+  options.integer("--panel-px", wanted.panel_px, 32, 2000, "longer side of the picture's panels");
   options.integer("--repeat", wanted.repeat, 1, 1000000, "runs in this process; adds percentiles");
   if (!options.parse(args)) return std::nullopt;
   if (object && pair) throw InputError("--object and --pair exclude each other");
@@ -100,16 +102,15 @@ void write_merged(const std::string& file, const Job& job, const Pose& target_fr
 }
 
 /// Every accepted object, or the best pose when none is.
-void write_picture(const std::string& file, const Job& job, const Answer& answer) {
-  constexpr int kPanel_px = 480;
+void write_picture(const std::string& file, int panel_px, const Job& job, const Answer& answer) {
   std::vector<Pose> poses;
   for (const RegistrationReport& object : answer.objects) {
     if (object.accepted && object.has_pose) poses.push_back(object.target_from_source);
   }
   if (poses.empty() && answer.report.has_pose) poses.push_back(answer.report.target_from_source);
   PictureParams params;
-  params.panel_px = kPanel_px;
-  params.whole_image = poses.size() > 1;
+  params.panel_px = panel_px;
+  params.whole_image = answer.objects.size() > 1;
   write_png(file,
             draw_job({&job.target(), job.model(), job.source()}, poses, std::nullopt, params));
 }
@@ -165,7 +166,9 @@ int run_register(std::span<const std::string> args) {
   if (!wanted->merged.empty() && answer.report.has_pose) {
     write_merged(wanted->merged, job, answer.report.target_from_source);
   }
-  if (!wanted->picture.empty()) write_picture(wanted->picture, job, answer);
+  if (!wanted->picture.empty()) {
+    write_picture(wanted->picture, static_cast<int>(wanted->panel_px), job, answer);
+  }
   if (wanted->json) {
     print_json(*wanted, answer, total_ms);
   } else {

@@ -82,10 +82,13 @@ PlcObject decode_object(const RegisterImage& image, std::size_t base) noexcept {
   object.code = code_at(image, base + o::kObjCode);
   object.reasons = image.u32(base + o::kReasons);
   const std::uint16_t format = image.u16(base + o::kPoseFormat);
-  if (image.u16(base + o::kDecision) != 1 || !is_pose_format(format)) return object;
+  const std::uint16_t decision = image.u16(base + o::kDecision);
+  const bool known = decision == kDecisionModelPose || decision == kDecisionSurfaceGrasp;
+  if (!known || !is_pose_format(format)) return object;
   const Result<Pose> pose =
       decode_pose(decode_pose_registers(image, base), static_cast<PoseFormat>(format));
-  object.accepted = pose.ok();
+  object.accepted = pose.ok() && decision == kDecisionModelPose;
+  object.surface_grasp = pose.ok() && decision == kDecisionSurfaceGrasp;
   if (pose) object.frame_from_grasp = pose.value();
   return object;
 }

@@ -161,7 +161,7 @@ inline constexpr std::uint16_t kLostPackets = 604;
 inline constexpr std::uint16_t kReconnects = 606;
 /// jobs ended
 inline constexpr std::uint16_t kJobs = 608;
-/// jobs with an accepted object
+/// jobs with an accepted object or a surface grasp
 inline constexpr std::uint16_t kJobsAccepted = 610;
 /// jobs without one
 inline constexpr std::uint16_t kJobsRejected = 612;
@@ -275,7 +275,7 @@ inline constexpr std::uint16_t kR2 = 12;
 inline constexpr std::uint16_t kR3 = 14;
 /// rotation; 0 unless the format has four parts
 inline constexpr std::uint16_t kR4 = 16;
-/// 0 reject, 1 accept
+/// 0 reject, 1 accept (a model's pose), 2 surface grasp (no model fits; only with the preset's surface_grasp.enabled)
 inline constexpr std::uint16_t kDecision = 18;
 /// matched share of the visible model
 inline constexpr std::uint16_t kFitness = 19;
@@ -295,7 +295,7 @@ inline constexpr std::uint16_t kSigmaMdeg = 25;
 inline constexpr std::uint16_t kQuality = 26;
 /// 0 to 1000, larger is better
 inline constexpr std::uint16_t kQualityScore = 27;
-/// 1100 accepted, else the first failing reason
+/// 1100 accepted, 1104 surface grasp, else the first failing reason
 inline constexpr std::uint16_t kObjCode = 28;
 /// every failing reason: bit n = code 1000 + n
 inline constexpr std::uint16_t kReasons = 29;

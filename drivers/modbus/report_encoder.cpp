@@ -21,6 +21,11 @@ std::uint16_t scaled(double value, double scale, std::uint16_t if_nan) noexcept 
 
 std::uint16_t number(Code code) noexcept { return static_cast<std::uint16_t>(code); }
 
+std::uint16_t decision_of(const PlcObject& object) noexcept {
+  if (object.accepted) return kDecisionModelPose;
+  return object.surface_grasp ? kDecisionSurfaceGrasp : kDecisionReject;
+}
+
 void encode_pose_registers(const PoseRegisters& pose, std::size_t base,
                            RegisterImage& image) noexcept {
   for (std::size_t i = 0; i < pose.size(); ++i) {
@@ -35,7 +40,7 @@ void encode_record(const PlcObject& object, PoseFormat format, std::size_t base,
   image.set_u16(base + o::kPickPointId, object.pick_point_id);
   image.set_u16(base + o::kPoseFormat, static_cast<std::uint16_t>(format));
   image.set_u16(base + o::kFrame, static_cast<std::uint16_t>(object.frame));
-  image.set_u16(base + o::kDecision, object.accepted ? 1 : 0);
+  image.set_u16(base + o::kDecision, decision_of(object));
   image.set_u16(base + o::kFitness, scaled(object.fitness, kRatioScale, 0));
   image.set_u16(base + o::kRmseUm, scaled(object.rmse_m, 1e6, kWorst));
   image.set_u16(base + o::kCoverage, scaled(object.coverage, kRatioScale, 0));
@@ -75,7 +80,7 @@ void encode_object(std::size_t object_i, const PlcObject* object, bool valid, Po
   } else {
     std::fill_n(image.data() + base, registers::object::kLength, std::uint16_t{0});
   }
-  const bool has_pose = valid && object != nullptr && object->accepted;
+  const bool has_pose = valid && object != nullptr && object->has_pose();
   const PoseRegisters pose = has_pose ? encode_pose(object->frame_from_grasp, format) : no_pose();
   encode_pose_registers(pose, base, image);
   encode_float_mirror(object_i, shown_no, pose, format, image);

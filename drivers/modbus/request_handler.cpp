@@ -139,9 +139,9 @@ void RequestHandler::refresh(std::int64_t now_us) noexcept {
   }
   const bool new_result = status_.result_no != shown_result_no_;
   if (new_result && status_.result_no != 0) sink_->read_result(result_);
-  const bool first_accepted =
-      status_.result_no != 0 && !result_.objects.empty() && result_.objects[0].accepted;
-  const bool valid = (flags & kFlagResultValid) != 0 && first_accepted;
+  const bool has_pose =
+      status_.result_no != 0 && !result_.objects.empty() && result_.objects[0].has_pose();
+  const bool valid = (flags & kFlagResultValid) != 0 && has_pose;
   if (!valid) flags = static_cast<std::uint16_t>(flags & ~kFlagResultValid);
   flags = static_cast<std::uint16_t>(flags & ~kFlagHeartbeat);
   if ((status_.heartbeat & 1) != 0) flags = static_cast<std::uint16_t>(flags | kFlagHeartbeat);

@@ -39,6 +39,12 @@ std::size_t labelled(const WorkingDepth& work) noexcept {
   return count;
 }
 
+/// Parallel to the ground and nearer to the camera: the tops of what stands on it.
+bool lies_upon(const DepthPlane& plane, const DepthPlane& ground) noexcept {
+  constexpr double kParallel = 0.98;  // 11 degrees
+  return plane.normal.dot(ground.normal) > kParallel && plane.offset_m < ground.offset_m;
+}
+
 bool covers(const BeltBackground& belt, const WorkingDepth& work) noexcept {
   return !belt.depth.empty() && belt.depth.width >= work.left + work.depth.width &&
          belt.depth.height >= work.top + work.depth.height;
@@ -121,6 +127,7 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
     double share_left = 1.0;
     while (report.plane_count < std::min(wanted, report.planes.size()) &&
            search_.find(work, share_left, min_extent_m, rng, plane)) {
+      if (report.plane_count > 0 && lies_upon(plane, report.planes[0])) break;
       report.planes[report.plane_count++] = plane;
       remove_plane(work, plane);
       share_left = static_cast<double>(labelled(work)) / static_cast<double>(before);

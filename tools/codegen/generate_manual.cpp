@@ -39,7 +39,9 @@ non-zero value** executes CMD_CODE, once; writing the same value again does noth
 4. Write CMD_SEQ = 0. 5. Wait for ACK_SEQ = 0. Next.
 
 The result stays until the next accepted command or command 31. **Act on a pose only when FLAGS.RESULT_VALID is 1 and
-the object's DECISION is 1**: otherwise every pose register reads 0x80000000 (-2147483648) and every float NaN.
+the object's DECISION is 1**: otherwise every pose register reads 0x80000000 (-2147483648) and every float NaN. Where the
+preset turns surface grasps on, DECISION 2 and OBJ_CODE 1104 give the pose of a grasp on the top of an object that no model
+fits (z into the surface, x along its length, PICK_POINT_ID 0): act on it only if the gripper may take an object anywhere.
 REPLAY in FLAGS: the data is not live.
 
 *Restarts.* A changed BOOT_ID voids every pending handshake: the device starts with token 0, so the first other token that

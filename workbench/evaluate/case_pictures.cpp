@@ -40,7 +40,7 @@ std::vector<std::size_t> drawn_order(const std::vector<CaseResult>& results) {
   return order;
 }
 
-RgbImage draw_case(const CaseResult& result, const SuiteCase& one) {
+RgbImage draw_case(const CaseResult& result, const SuiteCase& one, int panel_px) {
   const JobInputs inputs = inputs_of(one);
   const Input target = load_input(inputs.target, inputs.target_options);
   std::optional<Model> model;
@@ -53,7 +53,9 @@ RgbImage draw_case(const CaseResult& result, const SuiteCase& one) {
   std::vector<Pose> found;
   if (result.answer.report.has_pose) found.push_back(result.answer.report.target_from_source);
   const DrawnJob job{&target, model ? &*model : nullptr, source ? &*source : nullptr};
-  return draw_job(job, found, one.truth, {});
+  PictureParams params;
+  params.panel_px = panel_px;
+  return draw_job(job, found, one.truth, params);
 }
 
 }  // namespace
@@ -80,13 +82,13 @@ std::vector<std::size_t> worst_first(const std::vector<CaseResult>& results) {
 }
 
 std::vector<CasePicture> draw_cases(const std::vector<CaseResult>& results,
-                                    const std::vector<const SuiteCase*>& case_of,
-                                    std::size_t count) {
+                                    const std::vector<const SuiteCase*>& case_of, std::size_t count,
+                                    int panel_px) {
   std::vector<CasePicture> pictures;
   for (const std::size_t i : drawn_order(results)) {
     if (pictures.size() == count) break;
     try {
-      RgbImage image = draw_case(results[i], *case_of[i]);
+      RgbImage image = draw_case(results[i], *case_of[i], panel_px);
       if (!image.empty()) pictures.push_back({i, std::move(image)});
     } catch (const InputError&) {
       // Gone since it was run: the report says so by its absence.

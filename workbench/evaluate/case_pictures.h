@@ -23,9 +23,10 @@ struct CasePicture {
 [[nodiscard]] int rank_of(const CaseResult& result) noexcept;
 
 /// Draws the worst `count` results that can be drawn (inputs are read again): every kind of outcome
-/// gets its share, so that right answers show beside wrong ones. `case_of` gives a result's case.
+/// gets its share, so that right answers show beside wrong ones. `case_of` gives a result's case,
+/// `panel_px` the longer side of each of a picture's panels.
 [[nodiscard]] std::vector<CasePicture> draw_cases(const std::vector<CaseResult>& results,
                                                   const std::vector<const SuiteCase*>& case_of,
-                                                  std::size_t count);
+                                                  std::size_t count, int panel_px);
 
 }  // namespace grapnel

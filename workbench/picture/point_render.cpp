@@ -7,8 +7,8 @@
 namespace grapnel {
 namespace {
 
-// Discs of this radius close the gaps of a square lattice.
-constexpr double kDiscOfSpacing = 0.75;
+// Discs of 0.71 spacings close the gaps of a square lattice; points may lie less evenly.
+constexpr double kDiscOfSpacing = 1.1;
 constexpr float kStepOfDepth = 0.05F;
 constexpr double kSteepest = 0.1;
 

@@ -16,7 +16,7 @@ constexpr int kLeastCrop_px = 48;
 constexpr float kSteepest = 0.17F;
 // Slopes are taken over this many pixels, and greys in steps: noise shows less and packs better.
 constexpr int kSlope_px = 4;
-constexpr int kGrays = 8;
+constexpr int kGrays = 16;
 
 /// Part of an image, in its pixels.
 struct Crop {
