@@ -2,7 +2,11 @@
 
 #include <array>
 
+#include "pipeline/coarse/cylinder_axes.h"
 #include "pipeline/coarse/generators.h"
+#include "pipeline/coarse/pair_voting.h"
+#include "pipeline/coarse/plane_frames.h"
+#include "pipeline/coarse/resting_poses.h"
 #include "pipeline/coarse/surface_ransac.h"
 #include "pipeline/correspond/nearest_feature.h"
 #include "pipeline/descriptors/fpfh.h"
@@ -120,6 +124,13 @@ constexpr std::array kGenerators = {
         "ransac"),
     method<HypothesisGenerator, SampleConsensus, SampleConsensusParams, sample_consensus_fields>(
         "sample_consensus"),
+    method<HypothesisGenerator, PlaneFrames, PlaneFramesParams, plane_frames_fields>(
+        "plane_frames"),
+    method<HypothesisGenerator, CylinderAxes, CylinderAxesParams, cylinder_axes_fields>(
+        "cylinder_axes"),
+    method<HypothesisGenerator, RestingPoses, RestingPosesParams, resting_poses_fields>(
+        "resting_poses"),
+    method<HypothesisGenerator, PairVoting, PairVotingParams, pair_voting_fields>("pair_voting"),
 };
 constexpr std::array kRefiners = {
     method<PoseRefiner, Icp, IcpParams, icp_fields>("icp"),

@@ -96,8 +96,9 @@ void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
   const PoseScore score = rating(model, object, params_.coarse_tolerance_ratio * model.diameter_m);
   if (initial != nullptr) keep_best(proposed_, {*initial, score(*initial, SIZE_MAX)});
   model.templates.propose(object.middle, score, proposed_);
-  const PairView pair{&model.coarse, object.surface, model.keypoints.span(),
-                      object.keypoints->span(), &score};
+  const PairView pair{
+      &model.coarse, object.surface, model.keypoints.span(), object.keypoints->span(),
+      &score,        object.ground};
   // Without consensus the views' poses stand alone.
   (void)generator_.generate(pair, correspondences, rng, proposed_);
 }

@@ -36,8 +36,9 @@ struct MeasuredObject {
   FeatureMatrix* features = nullptr;
   const DepthView* view = nullptr;
   const EdgeMap* edges = nullptr;
-  Vec3d middle = Vec3d::Zero();  ///< mean of its points
-  double shared_px = 1.0;        ///< pixels of the view that share one error
+  const Ground* ground = nullptr;  ///< what it stands on; null = nobody knows
+  Vec3d middle = Vec3d::Zero();    ///< mean of its points
+  double shared_px = 1.0;          ///< pixels of the view that share one error
 };
 
 /// A pose after refinement, and what the measurement says about it.

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/rng.h"
 #include "pipeline/features.h"
+#include "pipeline/ground.h"
 #include "pipeline/limits.h"
 #include "pipeline/model.h"
 #include "pipeline/surface.h"
@@ -72,6 +73,8 @@ struct PairView {
   std::span<const Keypoint> target_keypoints;
   /// Worth of a pose by both surfaces; null where a step is used alone.
   const PoseScore* score = nullptr;
+  /// What the target stands on, in its frame; null = nobody knows.
+  const Ground* ground = nullptr;
 };
 
 /// Shortens a list of correspondences in place, keeping its order.
@@ -88,6 +91,8 @@ class HypothesisGenerator : public PipelineStage {
   /// True where a hypothesis's support is PairView::score's worth of it, so that the hypotheses of
   /// several generators compare. Others are rated anew by whoever mixes them.
   [[nodiscard]] virtual bool supports_by_score() const noexcept { return false; }
+  /// False where the surfaces alone are looked at.
+  [[nodiscard]] virtual bool needs_correspondences() const noexcept { return true; }
   /// Adds to `hypotheses`, best first.
   virtual Status generate(const PairView& pair, const Correspondences& correspondences, Rng& rng,
                           Hypotheses& hypotheses) noexcept = 0;

@@ -1,6 +1,9 @@
 #include "pipeline/surface.h"
 
 #include <bit>
+#include <cstddef>
+
+#include "base/hash.h"
 
 namespace grapnel {
 
@@ -30,6 +33,15 @@ void Surface::clear() noexcept {
   grid.height = 0;
   has_viewpoint = false;
   spacing_m = 0.0;
+}
+
+std::uint64_t hash_points(const Surface& surface) noexcept {
+  std::uint64_t hash = surface.size;
+  for (const std::span<float> plane :
+       {surface.x, surface.y, surface.z, surface.nx, surface.ny, surface.nz}) {
+    hash = hash_bytes(std::as_bytes(plane.first(surface.size)), hash);
+  }
+  return hash;
 }
 
 }  // namespace grapnel

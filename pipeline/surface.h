@@ -49,4 +49,7 @@ struct Surface {
   void clear() noexcept;
 };
 
+/// Hash of all points and normals. O(n).
+[[nodiscard]] std::uint64_t hash_points(const Surface& surface) noexcept;
+
 }  // namespace grapnel

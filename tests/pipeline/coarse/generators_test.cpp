@@ -79,7 +79,10 @@ class EveryGenerator : public testing::TestWithParam<std::size_t> {
   Hypotheses hypotheses_;
 };
 
+constexpr const char* kShapesAlone = "looks at the surfaces' shapes, not at pairs";
+
 TEST_P(EveryGenerator, FindsTheMotionOfRightPairs) {
+  if (!generator_->needs_correspondences()) GTEST_SKIP() << kShapesAlone;
   Pairs pairs(1);
   Rng rng(32);
   ASSERT_TRUE(generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_).ok());
@@ -92,13 +95,16 @@ TEST_P(EveryGenerator, FindsTheMotionOfRightPairs) {
 TEST_P(EveryGenerator, OrdersBySupport) {
   Pairs pairs(3);
   Rng rng(33);
-  ASSERT_TRUE(generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_).ok());
+  const Status status = generator_->generate(pairs.view(), pairs.correspondences, rng, hypotheses_);
+  // Nothing on a bumpy ball is flat or round.
+  ASSERT_TRUE(status.ok() || !generator_->needs_correspondences());
   for (std::size_t i = 1; i < hypotheses_.size(); ++i) {
     EXPECT_GE(hypotheses_[i - 1].support, hypotheses_[i].support);
   }
 }
 
 TEST_P(EveryGenerator, SaysThatTwoPairsAreTooFew) {
+  if (!generator_->needs_correspondences()) GTEST_SKIP() << kShapesAlone;
   Pairs pairs(1);
   pairs.correspondences.resize(2);
   Rng rng(34);
