@@ -179,6 +179,14 @@ Status FrameJob::describe(const DepthFrame& frame, const ObjectGroup& group) noe
   middle_ = Vec3d::Zero();
   for (std::size_t i = 0; i < surface.size; ++i) middle_ += surface.point(i).cast<double>();
   middle_ /= static_cast<double>(surface.size);
+  ground_ = {};
+  if (s_.background.plane_count > 0) {
+    ground_ = {s_.background.planes[0].normal, s_.background.planes[0].offset_m};
+  }
+  size_ = {};
+  if (s_.stages.params.general.measure_size) {
+    size_ = s_.sizes.estimate(surface, ground_, rng_.split(3));
+  }
 
   if (const Status status = watch_.enter(Stage::Keypoints); !status.ok()) return status;
   if (!s_.stages.keypoints->detect(surface, s_.object.keypoints).ok()) s_.object.keypoints.clear();
@@ -220,6 +228,7 @@ MeasuredObject FrameJob::measured() noexcept {
   object.features = &s_.object.features;
   object.view = &view_;
   object.edges = &s_.edges;
+  object.ground = ground_.known() ? &ground_ : nullptr;
   object.middle = middle_;
   object.shared_px = s_.stages.params.general.shared_error_px / (view_.stride * view_.stride);
   return object;
@@ -250,6 +259,7 @@ Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report)
   report.model = static_cast<std::uint32_t>(model_i);
   report.pieces = group_->members;
   report.symmetric = model.symmetry != Symmetry::None;
+  report.size = size_;
   report.counts.source_points = static_cast<std::uint32_t>(model.fine.size);
   report.counts.target_points = static_cast<std::uint32_t>(s_.object.surface.size);
   report.counts.source_keypoints = static_cast<std::uint32_t>(model.keypoints.size());

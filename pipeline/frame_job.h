@@ -42,6 +42,8 @@ class FrameJob {
   Rng rng_;
   DepthView view_;
   Vec3d middle_ = Vec3d::Zero();
+  Ground ground_;
+  SizeEstimate size_;
   double smallest_diameter_m_ = 0.0;
   double most_area_m2_ = 0.0;           ///< largest view of a model, projected
   const ObjectGroup* group_ = nullptr;  ///< what is looked at

@@ -112,6 +112,7 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   stages.coarse->reserve(arena, limits);
   stages.refine_coarse->reserve(arena, limits);
   stages.refine->reserve(arena, limits);
+  if (stages.params.general.measure_size) sizes.reserve(arena, limits.max_points);
   search.reserve(arena, limits, stages.params.model.surface_points);
   part("search and judge");
   const std::size_t scratch =

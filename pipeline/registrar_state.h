@@ -18,6 +18,7 @@
 #include "pipeline/preprocess/working_depth.h"
 #include "pipeline/registrar.h"
 #include "pipeline/search.h"
+#include "pipeline/size_estimator.h"
 #include "pipeline/stage_set.h"
 #include "pipeline/surface.h"
 
@@ -80,6 +81,7 @@ struct RegistrarState {
   DescribedSurface object;
   Correspondences correspondences;
   ObjectSearch search;
+  SizeEstimator sizes;
   std::vector<ModelIndex> models;
   std::vector<RequiredDirections> required;
   std::span<float> own_nx, own_ny, own_nz;  ///< scratch of renew_normals()

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/fixed_list.h"
 #include "base/geometry.h"
+#include "pipeline/size_estimate.h"
 
 namespace grapnel {
 
@@ -98,6 +99,7 @@ struct RegistrationReport {
   double sigma_m = 0.0;               ///< predicted 1-σ in the weakest required direction
   double sigma_rad = 0.0;
   Measured measured;
+  SizeEstimate size;            ///< of the object, whatever the model; where the preset asks for it
   double quality = 0.0;         ///< 0…1, monotone in the checks
   bool symmetric = false;       ///< the model declares a symmetry
   bool budget_reached = false;  ///< some fixed capacity or count budget cut the search

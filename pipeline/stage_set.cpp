@@ -36,6 +36,8 @@ FieldTable general_fields() noexcept {
       number_field<&P::min_visible_ratio>(
           "min_visible_ratio", "", 0.0, 1.0,
           "objects smaller than this share of the model's smallest view are passed over"),
+      bool_field<&P::measure_size>("measure_size",
+                                   "report an object's own size as a box or a barrel"),
   };
   return kFields;
 }

@@ -34,6 +34,7 @@ struct GeneralParams {
                                      ///< passed over; 0 = none
   double min_visible_ratio = 0.3;  ///< × the model's smallest projected area: smaller objects are
                                    ///< passed over
+  bool measure_size = false;       ///< report what size an object has as a box or a barrel
 };
 
 /// Parameters of every fixed step, with their defaults.

@@ -35,6 +35,12 @@ nlohmann::ordered_json counts_json(const StageCounts& counts) {
           {"hypotheses", counts.hypotheses}};
 }
 
+nlohmann::ordered_json size_json(const SizeEstimate& size) {
+  return {{"shape", shape_name(size.shape)},
+          {"size_m", {size.size_m.x(), size.size_m.y(), size.size_m.z()}},
+          {"sigma_m", size.sigma_m}};
+}
+
 nlohmann::ordered_json object_json(const RegistrationReport& object) {
   nlohmann::ordered_json json;
   json["status"] = object.accepted ? "accepted" : "rejected";
@@ -45,6 +51,7 @@ nlohmann::ordered_json object_json(const RegistrationReport& object) {
   json["fitness"] = object.fitness;
   json["margin"] = object.margin;
   json["quality"] = object.quality;
+  if (object.size.shape != SizeEstimate::Shape::None) json["size"] = size_json(object.size);
   return json;
 }
 
@@ -160,6 +167,7 @@ nlohmann::ordered_json to_json(const Answer& answer) {
   json["sigma_m"] = report.sigma_m;
   json["sigma_rad"] = report.sigma_rad;
   json["checks"] = checks_json(report.measured);
+  if (report.size.shape != SizeEstimate::Shape::None) json["size"] = size_json(report.size);
   json["seed"] = answer.seed;
   json["counts"] = counts_json(report.counts);
   json["stage_ms"] = stage_json(answer.stage_us);
