@@ -16,6 +16,9 @@ constexpr double kHopeless = 0.6;
 constexpr double kUnlikely = 0.8;
 // A first look allows for poses that are not fine yet: times the match tolerance.
 constexpr double kFirstLook = 3.0;
+// It takes every second pixel of the view both ways, where at least so many are left across.
+constexpr int kGlanceStride = 2;
+constexpr double kFewestAcross_px = 48.0;
 // Poses below this share of the best one's worth can't become its rivals by refinement.
 constexpr double kAlternative = 0.4;
 // Rivals of at least this share of the best one's worth are compared with it pixel by pixel…
@@ -83,6 +86,9 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
   verification_.reserve(arena, pixels, max_model_points);
   render_.reserve(arena, pixels, 4096);
   rivals_.reserve(arena, pixels);
+  const std::size_t glanced = pixels / (kGlanceStride * kGlanceStride);
+  glance_depth_.reserve(arena, glanced);
+  glance_edges_.reserve(arena, glanced);
   proposed_ = Hypotheses(arena.take<Hypothesis>(params_.kept));
   settled_ = Hypotheses(arena.take<Hypothesis>(params_.finalists));
   candidates_ = FixedList<Candidate>(
@@ -191,10 +197,25 @@ void ObjectSearch::best_first() noexcept {
                  [](const Candidate& a, const Candidate& b) { return a.worth > b.worth; });
 }
 
+MeasuredObject ObjectSearch::glance(const ModelIndex& model,
+                                    const MeasuredObject& object) noexcept {
+  const DepthView& view = *object.view;
+  const double z_m = std::max(0.1, object.middle.z());
+  if (model.diameter_m * view.intrinsics.fx / z_m < kGlanceStride * kFewestAcross_px) return object;
+  glance_view_ = view;
+  glance_depth_.thin(glance_view_, kGlanceStride);
+  glance_edges_.build(glance_view_);
+  MeasuredObject glanced = object;
+  glanced.view = &glance_view_;
+  glanced.edges = &glance_edges_;
+  return glanced;
+}
+
 void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
                           double floor_m) noexcept {
-  // A first look at a wide tolerance orders the finalists.
+  // A first look, coarse and at a wide tolerance, orders the finalists.
   candidates_.clear();
+  const MeasuredObject glanced = glance(model, object);
   for (const Hypothesis& hypothesis : settled_) {
     const bool first = &hypothesis == settled_.begin();
     if (!first &&
@@ -203,7 +224,7 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     }
     RefinedPose start;
     start.target_from_source = hypothesis.target_from_source;
-    verify_pose(model, object, start, kFirstLook * floor_m);
+    verify_pose(model, glanced, start, kFirstLook * floor_m);
   }
   best_first();
   // No pose meets even half of what it should: one is refined, for the report.

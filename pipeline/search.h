@@ -79,6 +79,9 @@ class ObjectSearch {
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
 
  private:
+  /// The object as a coarser view shows it, if it is large enough for that.
+  [[nodiscard]] MeasuredObject glance(const ModelIndex& model,
+                                      const MeasuredObject& object) noexcept;
   /// Fine refinement; false when it lost its partners.
   bool refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
               RefinedPose& refined) noexcept;
@@ -105,6 +108,9 @@ class ObjectSearch {
   Verification verification_;
   ModelRender render_;
   RivalTest rivals_;
+  ThinnedDepth glance_depth_;
+  EdgeMap glance_edges_;
+  DepthView glance_view_;
   Hypotheses proposed_;
   Hypotheses settled_;
   FixedList<Candidate> candidates_;
