@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/input_error.h"
+#include "drivers/replay/wall_clock.h"
 
 namespace grapnel {
 namespace {

@@ -16,6 +16,7 @@
 #include "drivers/registry.h"
 #include "drivers/replay/frame_recorder.h"
 #include "drivers/replay/recording_store.h"
+#include "drivers/replay/wall_clock.h"
 #include "workbench/commands.h"
 #include "workbench/options.h"
 

@@ -106,8 +106,4 @@ class FrameRecorder {
   std::string problem_;
 };
 
-/// From monotonic to the wall clock's time, for RecorderOptions::time_offset_us. Taken once: the
-/// index never jumps.
-[[nodiscard]] std::int64_t wall_clock_offset_us(const Clock& clock);
-
 }  // namespace grapnel

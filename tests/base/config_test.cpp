@@ -149,6 +149,8 @@ constexpr auto kBroken = std::to_array<Broken>({
     {"[[item]]\nid = 1\n[[item]]\nid = 0", "p.toml:4: item.id: 0 ", "1 to 65535"},
     {"[[item]]\n", "p.toml:1: item: ", "key \"id\" is missing"},
     {"\xff\xfe = 1", "p.toml:1: ", "not valid TOML"},
+    {"name = \xc3\xa9", "p.toml:1: ", "not valid TOML"},
+    {"[", "p.toml: ", "not valid TOML"},
     {"a = [[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]", "p.toml:1: a: ", "nested deeper than 16"},
 });
 
