@@ -150,7 +150,7 @@ constexpr auto kBroken = std::to_array<Broken>({
     {"[[item]]\n", "p.toml:1: item: ", "key \"id\" is missing"},
     {"\xff\xfe = 1", "p.toml:1: ", "not valid TOML"},
     {"name = \xc3\xa9", "p.toml:1: ", "not valid TOML"},
-    {"[", "p.toml: ", "not valid TOML"},
+    {"[\n", "p.toml: ", "not valid TOML"},
     {"a = [[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]", "p.toml:1: a: ", "nested deeper than 16"},
 });
 
