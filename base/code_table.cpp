@@ -56,7 +56,7 @@ constexpr std::array<CodeEntry, 72> kCodes = {{
     {Code::JobDeadline, "JobDeadline", "job deadline", "The job did not end before its deadline.",
      "Raise the deadline or choose a lighter preset."},
     {Code::PartsTouch, "PartsTouch", "parts touch",
-     "What was measured in one piece is larger than the part: several touch, or it is a larger one.",
+     "One piece is larger than the part: several parts touch, or it is another.",
      "Separate the parts on the belt; check that the model is the right one."},
     {Code::NoSurfaceGrasp, "NoSurfaceGrasp", "no graspable surface",
      "No patch on top is flat, large and steady enough for a grasp.",

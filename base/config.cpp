@@ -15,6 +15,8 @@ struct BrokenAssumption {};
 #define TOML_ASSERT(expression) \
   ((expression) ? static_cast<void>(0) : throw grapnel::BrokenAssumption())
 // Without this a release build takes its assertions for true, and undefined behaviour follows.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wterminate"  // a few of its assertions stand in noexcept functions
 #pragma push_macro("NDEBUG")
 #undef NDEBUG
 #include <toml++/impl/preprocessor.h>
@@ -26,6 +28,7 @@ struct BrokenAssumption {};
 #pragma pop_macro("TOML_UNREACHABLE")
 #include <toml++/toml.h>
 #pragma pop_macro("NDEBUG")
+#pragma GCC diagnostic pop
 
 #include "base/config_text.h"
 

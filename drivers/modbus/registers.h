@@ -275,7 +275,7 @@ inline constexpr std::uint16_t kR2 = 12;
 inline constexpr std::uint16_t kR3 = 14;
 /// rotation; 0 unless the format has four parts
 inline constexpr std::uint16_t kR4 = 16;
-/// 0 reject, 1 accept (a model's pose), 2 surface grasp (no model fits; only with the preset's surface_grasp.enabled)
+/// 0 reject, 1 accept (a model's pose), 2 surface grasp, only where the preset asks for it
 inline constexpr std::uint16_t kDecision = 18;
 /// matched share of the visible model
 inline constexpr std::uint16_t kFitness = 19;
