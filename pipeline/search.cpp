@@ -211,8 +211,8 @@ MeasuredObject ObjectSearch::glance(const ModelIndex& model,
   return glanced;
 }
 
-void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
-                          double floor_m) noexcept {
+void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object, double floor_m,
+                          double least_worth) noexcept {
   // A first look, coarse and at a wide tolerance, orders the finalists.
   candidates_.clear();
   const MeasuredObject glanced = glance(model, object);
@@ -245,7 +245,7 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     best_first();
     best = candidates_[0].worth;
   }
-  if (hopeless || candidates_.empty()) return;
+  if (hopeless || candidates_.empty() || candidates_[0].worth < least_worth) return;
   if (params_.siblings) try_siblings(model, object, floor_m);
   test_rivals(model, object);
 }

@@ -70,7 +70,10 @@ class ObjectSearch {
                const Correspondences& correspondences, const Pose* initial, Rng& rng) noexcept;
   /// Refines what was proposed and verifies the best; candidates() are then best first.
   void settle(const ModelIndex& model, const MeasuredObject& object) noexcept;
-  void verify(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  /// Below `least_worth` no pose is accepted: then it is not asked how surely the best one is told
+  /// from others.
+  void verify(const ModelIndex& model, const MeasuredObject& object, double floor_m,
+              double least_worth) noexcept;
 
   [[nodiscard]] std::size_t hypothesis_count() const noexcept { return proposed_.size(); }
   [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }

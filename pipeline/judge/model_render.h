@@ -7,7 +7,7 @@
 #include "base/arena.h"
 #include "base/fixed_list.h"
 #include "pipeline/judge/depth_view.h"
-#include "pipeline/kernels/draw_discs.h"
+#include "pipeline/kernels/lay_discs.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {
@@ -53,8 +53,6 @@ class ModelRender {
   }
 
  private:
-  void add_disc(std::int32_t i, const Vec3f& x, const Vec3f& normal, float radius_m) noexcept;
-  void draw() noexcept;
   /// Discs leave 1/z, where a plane is affine; turns it into z.
   void finish() noexcept;
 
@@ -64,8 +62,7 @@ class ModelRender {
   std::span<float> z_;
   std::span<std::int32_t> point_;
   FixedList<ContourPoint> contour_;
-  std::span<kernels::Disc> discs_;  ///< prepared, not drawn yet: disc_count_ of them
-  std::size_t disc_count_ = 0;
+  std::span<kernels::Disc> discs_;
 };
 
 }  // namespace grapnel

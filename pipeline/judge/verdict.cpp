@@ -60,6 +60,12 @@ FieldTable verdict_fields() noexcept {
   return kFields;
 }
 
+double least_accepted_worth(const VerdictParams& params) noexcept {
+  const double outline = std::max(kTestable, 1.0 - params.min_edge);
+  return params.min_fitness * (1.0 - params.max_unknown) - 2.0 * params.max_seen_through -
+         0.5 * std::min(1.0, params.max_unexplained) - 0.5 * outline - 1e-9;
+}
+
 void pass_verdict(const Findings& findings, const VerdictParams& params,
                   RegistrationReport& report) noexcept {
   const Evidence& evidence = findings.evidence;

@@ -31,6 +31,9 @@ struct VerdictParams {
 };
 [[nodiscard]] FieldTable verdict_fields() noexcept;
 
+/// A pose of less worth() fails one of these limits, whatever else is found out about it.
+[[nodiscard]] double least_accepted_worth(const VerdictParams& params) noexcept;
+
 /// Everything the verdict rests on.
 struct Findings {
   Evidence evidence;

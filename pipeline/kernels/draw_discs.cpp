@@ -24,19 +24,21 @@ void DrawDiscs(const Disc* discs, std::size_t count, const DiscImage& image) {
     const auto nearest = hn::Set(d, disc.nearest);
     const auto farthest = hn::Set(d, disc.farthest);
     const auto point = hn::Set(di, disc.point);
-    for (std::int32_t v = disc.v0; v <= disc.v1; ++v) {
-      const auto row = hn::Set(d, disc.start + disc.step_v * static_cast<float>(v));
-      const std::ptrdiff_t line =
-          static_cast<std::ptrdiff_t>(v - image.top) * image.width - image.left;
-      for (std::int32_t u = disc.u0; u <= disc.u1; u += lanes) {
-        const auto at = hn::Iota(d, static_cast<float>(u));
-        const auto value = hn::Min(hn::Max(hn::Add(row, hn::Mul(step_u, at)), farthest), nearest);
-        float* z = image.inverse_z + line + u;
-        std::int32_t* points = image.point + line + u;
-        const auto inside = hn::FirstN(d, static_cast<std::size_t>(disc.u1 + 1 - u));
-        const auto nearer = hn::And(inside, hn::Lt(hn::LoadU(d, z), value));
-        hn::BlendedStore(value, nearer, d, z);
-        hn::BlendedStore(point, hn::RebindMask(di, nearer), di, points);
+    for (std::int32_t u = disc.u0; u <= disc.u1; u += lanes) {
+      const auto along = hn::Mul(step_u, hn::Iota(d, static_cast<float>(u)));
+      const auto inside = hn::FirstN(d, static_cast<std::size_t>(disc.u1 + 1 - u));
+      std::ptrdiff_t k =
+          static_cast<std::ptrdiff_t>(disc.v0 - image.top) * image.width - image.left + u;
+      for (std::int32_t v = disc.v0; v <= disc.v1; ++v, k += image.width) {
+        const auto row = hn::Set(d, disc.start + disc.step_v * static_cast<float>(v));
+        const auto value = hn::Min(hn::Max(hn::Add(row, along), farthest), nearest);
+        const auto before = hn::LoadU(d, image.inverse_z + k);
+        const auto nearer = hn::And(inside, hn::Lt(before, value));
+        // Whole vectors: stores of single lanes are slow on some processors.
+        hn::StoreU(hn::IfThenElse(nearer, value, before), d, image.inverse_z + k);
+        hn::StoreU(
+            hn::IfThenElse(hn::RebindMask(di, nearer), point, hn::LoadU(di, image.point + k)), di,
+            image.point + k);
       }
     }
   }

@@ -1,11 +1,13 @@
 // The judge of frames: edges, the rendered model, its comparison with the measurement, the verdict.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "base/rng.h"
 #include "pipeline/judge/covariance.h"
 #include "pipeline/judge/rival_test.h"
 #include "pipeline/judge/verdict.h"
@@ -331,6 +333,32 @@ TEST(Verdict, OneFlatFaceIsBelievedOnlyWithItsOutlineProven) {
   findings.evidence.second_face = 0.3;
   pass_verdict(findings, {}, report);
   EXPECT_TRUE(report.accepted);
+}
+
+TEST(Verdict, AcceptsNoPoseOfLessThanTheLeastWorth) {
+  Rng rng(5);
+  const VerdictParams params;
+  const double least = least_accepted_worth(params);
+  double smallest = 1.0;
+  for (int i = 0; i < 20000; ++i) {
+    Findings findings = good_findings();
+    Evidence& evidence = findings.evidence;
+    evidence.pixels = 5000;
+    evidence.unknown = rng.uniform(0.0, 0.3);
+    evidence.seen_through = rng.uniform(0.0, 0.04);
+    evidence.matched = (1.0 - evidence.unknown) * rng.uniform(0.68, 0.8);
+    evidence.unexplained = rng.uniform(0.0, 0.2);
+    evidence.edge = rng.uniform(0.5, 1.0);
+    evidence.edge_known = rng.uniform(0.0, 1.0);
+    RegistrationReport report;
+    pass_verdict(findings, params, report);
+    if (!report.accepted) continue;
+    EXPECT_GE(worth(evidence), least);
+    smallest = std::min(smallest, worth(evidence));
+  }
+  // Every limit just met: 0.70 · 0.75 matched, 0.03 seen through, 0.15 left over, 0.60 of an edge.
+  EXPECT_NEAR(least, 0.525 - 0.06 - 0.075 - 0.2, 1e-6);
+  EXPECT_LT(smallest, least + 0.1);
 }
 
 TEST(Verdict, WithoutAKnownBeltNoPartIsBelievedToLieOnIt) {
