@@ -1,6 +1,5 @@
 #include "firmware_app/daemon.h"
 
-#include <poll.h>
 #include <sys/random.h>
 
 #include <atomic>
@@ -21,9 +20,10 @@
 #include "drivers/registry.h"
 #include "firmware_app/camera_keeper.h"
 #include "firmware_app/config_keeper.h"
-#include "firmware_app/config_watch.h"
+#include "firmware_app/config_loop.h"
 #include "firmware_app/controller.h"
 #include "firmware_app/crash_record.h"
+#include "firmware_app/heartbeat.h"
 #include "firmware_app/memory_plan.h"
 #include "firmware_app/notify.h"
 #include "firmware_app/recording_keeper.h"
@@ -35,12 +35,6 @@ namespace grapnel {
 namespace {
 
 constexpr std::int64_t kTickUs = 50'000;
-constexpr std::int64_t kBeatUs = 100'000;
-constexpr std::int64_t kStatusUs = 5'000'000;
-constexpr std::int64_t kLookUs = 1'000'000;
-constexpr double kMdegPerRad = 57295.779513082320;
-// A camera that opens within this time is there when the daemon says READY.
-constexpr std::int64_t kCameraStartUs = 5'000'000;
 
 std::uint16_t random_boot_id() {
   std::uint16_t id = 0;
@@ -72,15 +66,10 @@ class Daemon {
   void stop_threads() noexcept;
   void serve();
   void tick(std::int64_t now_us);
-  void beat(std::int64_t now_us);
-  void announce_when_up(std::int64_t now_us);
-  void say_status(std::int64_t now_us);
   void drain_log();
   void save_background();
-  void look_at_frame(std::int64_t now_us);
-  void run_config();
   void on_field_bus_thread() noexcept;
-  void ask_for_rights();
+  [[nodiscard]] bool lock_memory_as_asked();
   void build_snapshots();
   void build_recorder();
 
@@ -105,6 +94,7 @@ class Daemon {
   std::unique_ptr<MemoryBlock> background_memory_;
   Background background_;
   std::unique_ptr<ConfigKeeper> keeper_;
+  std::unique_ptr<ConfigLoop> config_;
   std::unique_ptr<FramePool> pool_;
   std::unique_ptr<CameraKeeper> camera_;
   std::unique_ptr<SensorHealth> sensor_health_;
@@ -114,21 +104,11 @@ class Daemon {
   std::unique_ptr<RecordingKeeper> recorder_;
   std::unique_ptr<JobExecutor> executor_;
   std::unique_ptr<RegistrationLoop> registration_;
+  std::unique_ptr<Heartbeat> heartbeat_;
   std::unique_ptr<Controller> controller_;
   std::unique_ptr<ModbusServer> server_;
   Thread field_bus_thread_;
-  Thread config_thread_;
   std::atomic<bool> stop_{false};
-  std::atomic<bool> reload_{false};
-
-  Health health_;
-  bool memory_locked_ = false;
-  std::int64_t started_us_ = 0;
-  std::int64_t next_beat_us_ = 0;
-  std::int64_t next_watchdog_us_ = 0;
-  std::int64_t next_status_us_ = 0;
-  std::int64_t next_look_us_ = 0;
-  Supervised told_silent_ = Supervised::kCount;
 };
 
 void Daemon::prepare_state() {
@@ -166,6 +146,9 @@ void Daemon::load() {
   ConfigKeeper::Parts parts{&exchange_, &source_, &presets_, report};
   keeper_ = std::make_unique<ConfigKeeper>(std::move(parts), start, preset_memory_->span());
   keeper_->start(state_folder_);
+  config_ = std::make_unique<ConfigLoop>(
+      ConfigLoop::Parts{keeper_.get(), &exchange_.config_wake, &clock_, &journal_},
+      options_.config);
 }
 
 void Daemon::build_snapshots() {
@@ -250,11 +233,12 @@ void Daemon::on_field_bus_thread() noexcept {
   field_bus_account_.attach();
 }
 
-void Daemon::ask_for_rights() {
-  if (!settings_.realtime.lock_memory) return;
+bool Daemon::lock_memory_as_asked() {
+  if (!settings_.realtime.lock_memory) return true;
   std::string why;
-  memory_locked_ = lock_memory(why);
-  if (!memory_locked_) journal_.write(LogLevel::Warning, why);
+  const bool locked = lock_memory(why);
+  if (!locked) journal_.write(LogLevel::Warning, why);
+  return locked;
 }
 
 void Daemon::start_threads() {
@@ -266,8 +250,7 @@ void Daemon::start_threads() {
                              self->server_->run(self->stop_);
                            },
                            this);
-  started = started && config_thread_.start(
-                           [](void* self) { static_cast<Daemon*>(self)->run_config(); }, this);
+  started = started && config_->start();
   if (!started) throw InputError("threads can't be started");
   supervisor_.expect(Supervised::FieldBus, true);
 }
@@ -275,38 +258,12 @@ void Daemon::start_threads() {
 void Daemon::stop_threads() noexcept {
   stop_.store(true, std::memory_order_release);
   if (server_) server_->wake();
-  exchange_.config_wake.notify();
   field_bus_thread_.join();
-  config_thread_.join();
+  if (config_) config_->stop();
   if (registration_) registration_->stop();
   if (recorder_) recorder_->stop();
   if (camera_) camera_->stop();
   if (snapshots_) snapshots_->stop();
-}
-
-void Daemon::run_config() {
-  name_this_thread("config");
-  ConfigWatch watch;
-  std::filesystem::path presets = settings_.presets_folder();
-  const bool watched = watch.watch_file(options_.config) && watch.watch_folder(presets);
-  if (!watched) {
-    journal_.write(LogLevel::Warning,
-                   "configuration files can't be watched; command 42 reloads them");
-  }
-  while (!stop_.load(std::memory_order_acquire)) {
-    pollfd waits[2] = {{watch.descriptor(), POLLIN, 0},
-                       {exchange_.config_wake.descriptor(), POLLIN, 0}};
-    constexpr int kSwitchingMs = 2;
-    constexpr int kIdleMs = 100;
-    ::poll(waits, 2, keeper_->switching() ? kSwitchingMs : kIdleMs);
-    exchange_.config_wake.clear();
-    const bool asked = reload_.exchange(false);
-    keeper_->step(watch.changed(clock_.now_us()) || asked);
-    if (keeper_->settings().presets_folder() != presets) {
-      presets = keeper_->settings().presets_folder();
-      watch.watch_folder(presets);
-    }
-  }
 }
 
 void Daemon::drain_log() {
@@ -329,101 +286,25 @@ void Daemon::save_background() {
   }
 }
 
-void Daemon::look_at_frame(std::int64_t now_us) {
-  if (now_us < next_look_us_) return;
-  next_look_us_ = now_us + kLookUs;
-  const FrameLease lease = pool_->lease_latest();
-  if (lease.valid()) sensor_health_->see(lease.frame());
-}
-
-void Daemon::beat(std::int64_t now_us) {
-  const bool alive = supervisor_.alive(now_us);
-  crash_.set_stalled(!alive);
-  if (alive) ++health_.heartbeat;
-  if (supervisor_.silent() != told_silent_) {
-    told_silent_ = supervisor_.silent();
-    static constexpr const char* kNames[] = {"capture", "registration", "field bus"};
-    if (!alive) {
-      journal_.write(LogLevel::Fault, std::string("the ") +
-                                          kNames[static_cast<std::size_t>(told_silent_)] +
-                                          " thread makes no progress");
-    }
-  }
-  const std::int64_t watchdog_us = notifier_.watchdog_interval_us();
-  if (alive && watchdog_us > 0 && now_us >= next_watchdog_us_) {
-    notifier_.send("WATCHDOG=1");
-    next_watchdog_us_ = now_us + watchdog_us / 4;
-  }
-  const CameraStatus camera = camera_->camera().status();
-  const CameraCounters& counters = camera.counters;
-  health_.live = camera_->live();
-  look_at_frame(now_us);
-  health_.sensor = sensor_health_->judge(camera_->code(), camera, health_.live, now_us);
-  health_.tilt_mdeg = static_cast<std::int32_t>(sensor_health_->tilt_rad() * kMdegPerRad);
-  constexpr double kUmPerMetre = 1e6;
-  health_.belt_residual_um =
-      static_cast<std::int32_t>(sensor_health_->belt_drift().shift_m * kUmPerMetre);
-  health_.foreign_sensor = exchange_.job.foreign_sensor.load(std::memory_order_relaxed);
-  health_.realtime_missing = (settings_.realtime.lock_memory && !memory_locked_) ||
-                             camera_->scheduling_refused() || registration_->scheduling_refused();
-  health_.frames = static_cast<std::uint32_t>(counters.frames);
-  health_.dropped_frames = static_cast<std::uint32_t>(counters.dropped);
-  health_.lost_packets = static_cast<std::uint32_t>(counters.lost_packets);
-  health_.reconnects = static_cast<std::uint32_t>(counters.reconnects);
-  health_.serial_hash = camera_->serial_hash();
-  health_.heap_calls = capture_account_.heap_calls() + registration_account_.heap_calls() +
-                       field_bus_account_.heap_calls();
-  health_.page_faults = capture_account_.page_faults() + registration_account_.page_faults() +
-                        field_bus_account_.page_faults();
-  exchange_.health.publish(health_);
-}
-
-void Daemon::announce_when_up(std::int64_t now_us) {
-  if (health_.started) return;
-  const bool healthy = sensor_health_->fault_of(camera_->code()) == Code::SensorHealthy;
-  const bool camera_up = healthy && (pool_->published() > 0 || camera_->camera().stepped());
-  if (!camera_up && now_us < started_us_ + kCameraStartUs) return;
-  health_.started = true;
-  for (ThreadAccount* account : {&capture_account_, &registration_account_, &field_bus_account_}) {
-    account->restart();
-  }
-  notifier_.send("READY=1");
-  journal_.write(LogLevel::Info, "ready, Modbus port " + std::to_string(server_->port()) +
-                                     ", SIMD target " + Registrar::simd_target());
-}
-
-void Daemon::say_status(std::int64_t now_us) {
-  if (now_us < next_status_us_) return;
-  next_status_us_ = now_us + kStatusUs;
-  notifier_.send("STATUS=camera " + std::string(describe(health_.sensor).text) + ", " +
-                 std::to_string(health_.frames) + " frames, " +
-                 std::to_string(exchange_.job.finished.load()) + " jobs");
-}
-
 void Daemon::tick(std::int64_t now_us) {
   drain_log();
   save_background();
-  if (now_us < next_beat_us_) return;
-  next_beat_us_ = now_us + kBeatUs;
-  announce_when_up(now_us);
-  beat(now_us);
-  say_status(now_us);
+  if (!heartbeat_->beat(now_us)) return;
+  notifier_.send("READY=1");
+  journal_.write(LogLevel::Info, "ready, Modbus port " + std::to_string(server_->port()) +
+                                     ", SIMD target " + Registrar::simd_target());
 }
 
 void Daemon::serve() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
-  started_us_ = clock_.now_us();
   for (;;) {
     tick(clock_.now_us());
     const timespec wait{0, kTickUs * 1000};
     const int signal = sigtimedwait(&signals, nullptr, &wait);
     if (signal == SIGTERM || signal == SIGINT) break;
-    if (signal == SIGHUP) {
-      reload_.store(true);
-      exchange_.config_wake.notify();
-    }
+    if (signal == SIGHUP) config_->ask_reload();
   }
   notifier_.send("STOPPING=1");
 }
@@ -438,7 +319,18 @@ int Daemon::run() {
   name_this_thread("housekeeping");
   load();
   build();
-  ask_for_rights();
+  heartbeat_ = std::make_unique<Heartbeat>(
+      Heartbeat::Parts{&exchange_,
+                       &journal_,
+                       &notifier_,
+                       &supervisor_,
+                       &crash_,
+                       pool_.get(),
+                       camera_.get(),
+                       sensor_health_.get(),
+                       registration_.get(),
+                       {&capture_account_, &registration_account_, &field_bus_account_}},
+      !lock_memory_as_asked(), clock_.now_us());
   try {
     start_threads();
     serve();

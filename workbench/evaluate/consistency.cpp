@@ -13,20 +13,6 @@ Vec3d centre_of(std::span<const Vec3f> points) {
   return points.empty() ? sum : Vec3d(sum / static_cast<double>(points.size()));
 }
 
-int turning_axis(Symmetry symmetry) {
-  switch (symmetry) {
-    case Symmetry::AxisX:
-      return 0;
-    case Symmetry::AxisY:
-      return 1;
-    case Symmetry::AxisZ:
-    case Symmetry::AxisZFlip:
-      return 2;
-    default:
-      return -1;
-  }
-}
-
 }  // namespace
 
 std::array<double, 6> normalised_squared_errors(const Pose& found, const Pose& truth,
@@ -48,7 +34,7 @@ std::array<double, 6> normalised_squared_errors(const Pose& found, const Pose& t
   const Mat6d local = frame_from_origin * covariance * frame_from_origin.transpose();
   std::array<double, 6> result{};
   for (int i = 0; i < 6; ++i) {
-    result[static_cast<std::size_t>(i)] = i == 3 + turning_axis(symmetry) && i > 2
+    result[static_cast<std::size_t>(i)] = i == 3 + free_axis(symmetry) && i > 2
                                               ? std::numeric_limits<double>::quiet_NaN()
                                               : error[i] * error[i] / local(i, i);
   }

@@ -140,7 +140,9 @@ TEST_F(OniFile, PlaysEveryFrameOfBothStreamsOnceAndBitForBit) {
   EXPECT_GE(played.color.size(), kFrames - 2U);
   for (std::size_t i = 0; i < played.depth.size(); ++i) {
     EXPECT_EQ(played.depth[i].index, static_cast<std::int64_t>(i) + 1);
-    if (i > 0) EXPECT_GT(played.depth[i].time_us, played.depth[i - 1].time_us);
+    if (i > 0) {
+      EXPECT_GT(played.depth[i].time_us, played.depth[i - 1].time_us);
+    }
   }
   EXPECT_LT(played.depth.front().time_us, 100'000) << "from 0: the sensor's own time is lost";
 }
