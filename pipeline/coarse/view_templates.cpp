@@ -95,7 +95,9 @@ void ViewTemplates::reserve(Arena& arena, const ViewTemplateParams& params) {
   params_ = params;
   views_ = arena.take<ViewTemplate>(params.views);
   finalists_ = arena.take<Hypothesis>(params.finalists);
+  rank_ = FixedList<std::uint16_t>(arena.take<std::uint16_t>(params.finalists));
   by_turn_ = arena.take<Hypothesis>(params.turns);
+  turns_ = arena.take<Turn>(params.turns);
   turn_step_ = 2.0 * math::kPi / static_cast<double>(params.turns);
 }
 
@@ -123,24 +125,32 @@ float ViewTemplates::most_area_m2() const noexcept {
   return most;
 }
 
-Pose ViewTemplates::place(const ViewTemplate& view, std::size_t turn,
-                          const Vec3d& object_middle) const noexcept {
-  const Vec3d toward_camera = -object_middle.normalized();
-  const std::array<Vec3d, 2> seen = across(toward_camera);
-  const Vec3d model_axis = view.toward_camera.cast<double>();
-  const std::array<Vec3d, 2> own = across(model_axis);
-  const double c = math::cos(turn_step_ * static_cast<double>(turn));
-  const double s = math::sin(turn_step_ * static_cast<double>(turn));
-  Pose pose = Pose::Identity();
-  pose.linear() = toward_camera * model_axis.transpose() +
-                  (c * seen[0] + s * seen[1]) * own[0].transpose() +
-                  (c * seen[1] - s * seen[0]) * own[1].transpose();
-  pose.translation() = object_middle - pose.linear() * view.middle.cast<double>();
-  return pose;
+void ViewTemplates::set_out(const Vec3d& object_middle) noexcept {
+  object_middle_ = object_middle;
+  toward_camera_ = -object_middle.normalized();
+  const std::array<Vec3d, 2> seen = across(toward_camera_);
+  for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
+    const double c = math::cos(turn_step_ * static_cast<double>(turn));
+    const double s = math::sin(turn_step_ * static_cast<double>(turn));
+    turns_[turn] = {c * seen[0] + s * seen[1], c * seen[1] - s * seen[0]};
+  }
 }
 
-void ViewTemplates::keep_slid(Hypothesis hypothesis, const PoseScore& score,
-                              Hypotheses& finalists) const noexcept {
+void ViewTemplates::place(const ViewTemplate& view) noexcept {
+  const Vec3d model_axis = view.toward_camera.cast<double>();
+  const std::array<Vec3d, 2> own = across(model_axis);
+  const Vec3d middle = view.middle.cast<double>();
+  const Mat3d along = toward_camera_ * model_axis.transpose();
+  for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
+    Pose& pose = by_turn_[turn].target_from_source;
+    pose.setIdentity();
+    pose.linear() =
+        along + turns_[turn].first * own[0].transpose() + turns_[turn].second * own[1].transpose();
+    pose.translation() = object_middle_ - pose.linear() * middle;
+  }
+}
+
+void ViewTemplates::keep_slid(Hypothesis hypothesis, const PoseScore& score) noexcept {
   const Hypothesis placed = hypothesis;
   for (std::size_t i = 0; i < params_.slides; ++i) {
     hypothesis.target_from_source =
@@ -149,19 +159,33 @@ void ViewTemplates::keep_slid(Hypothesis hypothesis, const PoseScore& score,
   if (params_.slides > 0) {
     hypothesis.support = score.glance(hypothesis.target_from_source, params_.quick_samples, -1e9);
   }
-  keep_best(finalists, hypothesis.support > placed.support ? hypothesis : placed);
+  const Hypothesis& better = hypothesis.support > placed.support ? hypothesis : placed;
+  auto slot = static_cast<std::uint16_t>(rank_.size());
+  if (full()) {
+    slot = rank_[rank_.size() - 1];
+    if (!(better.support > finalists_[slot].support)) return;
+    rank_.resize(rank_.size() - 1);
+  }
+  finalists_[slot] = better;
+  std::size_t place = rank_.size();
+  rank_.resize(place + 1);
+  for (; place > 0 && better.support > finalists_[rank_[place - 1]].support; --place) {
+    rank_[place] = rank_[place - 1];
+  }
+  rank_[place] = slot;
 }
 
 void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
                             Hypotheses& hypotheses) noexcept {
-  FixedList<Hypothesis> finalists(finalists_);
+  set_out(object_middle);
+  rank_.clear();
   const std::size_t turns = by_turn_.size();
   for (const ViewTemplate& view : views_) {
     if (!(view.visible_area_m2 > 0.0F)) continue;
     const double weakest =
-        finalists.full() && params_.slides == 0 ? finalists[finalists.size() - 1].support : 0.0;
+        full() && params_.slides == 0 ? finalists_[rank_[rank_.size() - 1]].support : 0.0;
+    place(view);
     for (std::size_t turn = 0; turn < turns; ++turn) {
-      by_turn_[turn].target_from_source = place(view, turn, object_middle);
       by_turn_[turn].support =
           score.glance(by_turn_[turn].target_from_source, params_.quick_samples, weakest);
     }
@@ -170,10 +194,11 @@ void ViewTemplates::propose(const Vec3d& object_middle, const PoseScore& score,
       const double before = by_turn_[(turn + turns - 1) % turns].support;
       const double after = by_turn_[(turn + 1) % turns].support;
       const double own = by_turn_[turn].support;
-      if (own >= before && own > after) keep_slid(by_turn_[turn], score, finalists);
+      if (own >= before && own > after) keep_slid(by_turn_[turn], score);
     }
   }
-  for (Hypothesis& hypothesis : finalists.span()) {
+  for (const std::uint16_t slot : rank_) {
+    Hypothesis& hypothesis = finalists_[slot];
     hypothesis.support = score(hypothesis.target_from_source, SIZE_MAX);
     keep_best(hypotheses, hypothesis);
   }

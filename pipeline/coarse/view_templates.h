@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/field.h"
+#include "base/fixed_list.h"
 #include "pipeline/coarse/pose_score.h"
 #include "pipeline/features.h"
 #include "pipeline/surface.h"
@@ -46,16 +47,27 @@ class ViewTemplates {
   [[nodiscard]] std::span<const ViewTemplate> views() const noexcept { return views_; }
 
  private:
-  /// The pose at which the view's middle meets the object's, after `turn` steps about the ray.
-  [[nodiscard]] Pose place(const ViewTemplate& view, std::size_t turn,
-                           const Vec3d& object_middle) const noexcept;
+  /// Directions across the ray, after a turn about it.
+  struct Turn {
+    Vec3d first = Vec3d::UnitX();
+    Vec3d second = Vec3d::UnitY();
+  };
+  /// An object's middle, the ray to it and the turns about that.
+  void set_out(const Vec3d& object_middle) noexcept;
+  /// Fills by_turn_ with the poses at which the view's middle meets the object's.
+  void place(const ViewTemplate& view) noexcept;
 
-  void keep_slid(Hypothesis hypothesis, const PoseScore& score,
-                 Hypotheses& finalists) const noexcept;
+  /// Enters the hypothesis, or what it is after the slides, among the finalists if it is one.
+  void keep_slid(Hypothesis hypothesis, const PoseScore& score) noexcept;
+  [[nodiscard]] bool full() const noexcept { return rank_.full(); }
 
   std::span<ViewTemplate> views_;
-  std::span<Hypothesis> finalists_;
+  std::span<Hypothesis> finalists_;  // each stays in its place…
+  FixedList<std::uint16_t> rank_;    // …and these are their places, best first
   std::span<Hypothesis> by_turn_;
+  std::span<Turn> turns_;
+  Vec3d object_middle_ = Vec3d::Zero();
+  Vec3d toward_camera_ = Vec3d::UnitZ();
   double turn_step_ = 0.0;
   ViewTemplateParams params_;
 };

@@ -38,10 +38,27 @@ Beyond look_beyond(const DepthView& view, int u, int v, int du, int dv, float z,
   return Beyond::Unknown;
 }
 
+/// The four next pixels are read, of the foreground and not behind: most pixels of a surface.
+bool goes_on(const DepthView& view, int u, int v, float limit_m) noexcept {
+  if (u < 1 || v < 1 || u + 1 >= view.depth.width || v + 1 >= view.depth.height) return false;
+  const auto stride = static_cast<std::ptrdiff_t>(view.depth.stride);
+  const std::uint16_t* depth = view.depth.row(v) + u;
+  const std::uint16_t nearest =
+      std::min(std::min(depth[-1], depth[1]), std::min(depth[-stride], depth[stride]));
+  const std::uint16_t farthest =
+      std::max(std::max(depth[-1], depth[1]), std::max(depth[-stride], depth[stride]));
+  if (nearest == 0 || view.metres_per_unit * static_cast<float>(farthest) > limit_m) return false;
+  if (view.label.empty()) return true;
+  const auto label_stride = static_cast<std::ptrdiff_t>(view.label.stride);
+  const std::uint8_t* label = view.label.row(v) + u;
+  return label[-1] != 0 && label[1] != 0 && label[-label_stride] != 0 && label[label_stride] != 0;
+}
+
 bool is_edge(const DepthView& view, int u, int v) noexcept {
   const float z = view.z_m(u, v);
   if (!(z > 0.0F) || view.background(u, v)) return false;
   const float step_m = edge_step_m(view, z);
+  if (goes_on(view, u, v, z + step_m)) return false;
   return look_beyond(view, u, v, 1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, -1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, 0, 1, z, step_m) == Beyond::Behind ||

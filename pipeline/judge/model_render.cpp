@@ -1,9 +1,11 @@
 #include "pipeline/judge/model_render.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/assert.h"
+#include "pipeline/kernels/outline_pixels.h"
 
 namespace grapnel {
 namespace {
@@ -11,6 +13,10 @@ namespace {
 // Surface seen flatter than 80 degrees is beyond what the sensor reads.
 constexpr float kCosGrazing = 0.17F;
 constexpr float kMaxDiscPixels = 12.0F;
+// A pixel's outward direction comes from what is open this far around it.
+constexpr int kAround_px = 3;
+// Pixels of a row that are looked through at once.
+constexpr int kStretch_px = 256;
 // Points whose discs are drawn at once.
 constexpr std::size_t kBatch = 256;
 
@@ -71,47 +77,58 @@ void ModelRender::finish() noexcept {
 void ModelRender::find_contour(const Surface& model, const Pose& camera_from_model,
                                const DepthView& view) noexcept {
   contour_.clear();
-  const std::ptrdiff_t width = box_.width();
   const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
   const Vec3f shift = camera_from_model.translation().cast<float>();
-  const auto fx = static_cast<float>(intrinsics_.fx);
-  const auto fy = static_cast<float>(intrinsics_.fy);
-  const auto covered = [&](int u, int v, float limit) {
-    return box_.contains(u, v) && z_[index(u, v)] > 0.0F && z_[index(u, v)] < limit;
-  };
-  const auto spacing = 4.0F * static_cast<float>(model.spacing_m);
+  kernels::OutlineLaw law;
+  law.slack_m = 4.0F * static_cast<float>(model.spacing_m);
+  law.sigma_per_m2 = view.noise.sigma_per_m2;
+  law.sigma_floor_m = view.noise.floor_m;
   // At the image's end the part is cut off, not at its own.
+  const int u_begin = std::max(marked_.u0, box_.u0 + 1);
   const int u_end = std::min(marked_.u1, box_.u1 - 1);
   const int v_end = std::min(marked_.v1, box_.v1 - 1);
+  std::array<std::int32_t, kStretch_px + kernels::kOutlinePad> found;
   for (int v = std::max(marked_.v0, box_.v0 + 1); v < v_end; ++v) {
-    for (int u = std::max(marked_.u0, box_.u0 + 1); u < u_end; ++u) {
-      const float* here = z_.data() + index(u, v);
-      const float z = *here;
-      if (!(z > 0.0F)) continue;
-      const float behind = z + spacing + 8.0F * view.noise.sigma_m(z);
-      const float nearest =
-          std::min(std::min(here[1], here[-1]), std::min(here[width], here[-width]));
-      const float farthest =
-          std::max(std::max(here[1], here[-1]), std::max(here[width], here[-width]));
-      if (nearest > 0.0F && farthest < behind) continue;
-      float out_u = 0.0F;
-      float out_v = 0.0F;
-      for (int dv = -3; dv <= 3; ++dv) {
-        for (int du = -3; du <= 3; ++du) {
-          if (covered(u + du, v + dv, behind)) continue;
-          out_u += static_cast<float>(du);
-          out_v += static_cast<float>(dv);
-        }
+    for (int first = u_begin; first < u_end; first += kStretch_px) {
+      const int count = std::min(u_end - first, kStretch_px);
+      const std::size_t outline =
+          kernels::outline_pixels(z_.data() + index(first, v), box_.width(),
+                                  static_cast<std::size_t>(count), law, found.data());
+      for (std::size_t k = 0; k < outline; ++k) {
+        const int u = first + found[k];
+        float out_u = 0.0F;
+        float out_v = 0.0F;
+        const float z = z_[index(u, v)];
+        look_around(u, v, z + law.slack_m + 8.0F * view.noise.sigma_m(z), out_u, out_v);
+        const float norm = std::sqrt(out_u * out_u + out_v * out_v);
+        if (norm < 1e-3F) continue;
+        const std::int32_t i = point_[index(u, v)];
+        const Vec3f x = rotation * model.point(static_cast<std::size_t>(i)) + shift;
+        const auto fx = static_cast<float>(intrinsics_.fx);
+        const auto fy = static_cast<float>(intrinsics_.fy);
+        const ContourPoint point{fx * x.x() / x.z() + static_cast<float>(intrinsics_.cx),
+                                 fy * x.y() / x.z() + static_cast<float>(intrinsics_.cy),
+                                 out_u / norm, out_v / norm, i};
+        if (!contour_.push_back(point)) return;
       }
-      const float norm = std::sqrt(out_u * out_u + out_v * out_v);
-      if (norm < 1e-3F) continue;
-      const std::int32_t i = point_[index(u, v)];
-      const Vec3f x = rotation * model.point(static_cast<std::size_t>(i)) + shift;
-      const ContourPoint point{fx * x.x() / x.z() + static_cast<float>(intrinsics_.cx),
-                               fy * x.y() / x.z() + static_cast<float>(intrinsics_.cy),
-                               out_u / norm, out_v / norm, i};
-      if (!contour_.push_back(point)) return;
     }
+  }
+}
+
+void ModelRender::look_around(int u, int v, float behind_m, float& out_u,
+                              float& out_v) const noexcept {
+  const bool inside = box_.contains(u - kAround_px, v - kAround_px) &&
+                      box_.contains(u + kAround_px, v + kAround_px);
+  for (int dv = -kAround_px; dv <= kAround_px; ++dv) {
+    float open_pixels = 0.0F;
+    for (int du = -kAround_px; du <= kAround_px; ++du) {
+      const bool known = inside || box_.contains(u + du, v + dv);
+      const float z = known ? z_[index(u + du, v + dv)] : 0.0F;
+      const float open = z > 0.0F && z < behind_m ? 0.0F : 1.0F;
+      out_u += open * static_cast<float>(du);
+      open_pixels += open;
+    }
+    out_v += open_pixels * static_cast<float>(dv);
   }
 }
 

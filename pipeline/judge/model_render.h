@@ -53,6 +53,8 @@ class ModelRender {
   }
 
  private:
+  /// Sums the steps from a pixel to all around it that are free or behind.
+  void look_around(int u, int v, float behind_m, float& out_u, float& out_v) const noexcept;
   /// Discs leave 1/z, where a plane is affine; turns it into z.
   void finish() noexcept;
 

@@ -33,6 +33,25 @@ float tolerance_m(const DepthView& view, float z_m, double floor_m) noexcept {
   return std::max(kSigmas * view.noise.sigma_m(z_m), static_cast<float>(floor_m));
 }
 
+/// Pixels of the object under test in the view's box.
+std::uint32_t object_pixels(const DepthView& view) noexcept {
+  std::uint32_t count = 0;
+  for (int v = view.box.v0; v < view.box.v1; ++v) {
+    const std::uint16_t* depth = view.depth.row(v);
+    if (view.label.empty()) {
+      for (int u = view.box.u0; u < view.box.u1; ++u) count += depth[u] != 0 ? 1U : 0U;
+      continue;
+    }
+    const std::uint8_t* label = view.label.row(v);
+    const std::uint8_t wanted = view.object;
+    for (int u = view.box.u0; u < view.box.u1; ++u) {
+      const bool of_object = wanted == 0 ? label[u] != 0 : label[u] == wanted;
+      count += depth[u] != 0 && of_object ? 1U : 0U;
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 struct Verification::Sums {
@@ -198,6 +217,7 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   shift_ = camera_from_model.translation().cast<float>();
   std::fill_n(confirmed_.begin(), model.size, std::uint8_t{0});
   Sums sums;
+  std::uint32_t explained = 0;
   const PixelBox& box = render.marked();
   for (int v = box.v0; v < box.v1; ++v) {
     for (int u = box.u0; u < box.u1; ++u) {
@@ -207,6 +227,7 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
       }
       kind_[render.index(u, v)] = kind;
       ++sums.count[static_cast<std::size_t>(kind)];
+      if ((kind == Kind::Matched || kind == Kind::Rim) && view.of_object(u, v)) ++explained;
     }
   }
   const auto count = [&](Kind kind) {
@@ -232,16 +253,7 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   } else {
     evidence.unexplained = 1.0;
   }
-  std::uint32_t object = 0;
-  std::uint32_t explained = 0;
-  for (int v = view.box.v0; v < view.box.v1; ++v) {
-    for (int u = view.box.u0; u < view.box.u1; ++u) {
-      if (!view.of_object(u, v)) continue;
-      ++object;
-      const Kind kind = box.contains(u, v) ? kind_[render.index(u, v)] : Kind::Outside;
-      if (kind == Kind::Matched || kind == Kind::Rim) ++explained;
-    }
-  }
+  const std::uint32_t object = object_pixels(view);
   evidence.explained =
       object == 0 ? 0.0 : static_cast<double>(explained) / static_cast<double>(object);
   evidence.hole_area_m2 = largest_hole(render, view);

@@ -38,8 +38,9 @@ struct SightStretch {
   alignas(64) float cosine[kStretch];     // 0: does not face the camera
   alignas(64) float predicted[kStretch];  // z
   alignas(64) float measured[kStretch];   // 0 = none, negative: of the background
-  alignas(64) std::int32_t u[kStretch];   // -1: outside of the image
+  alignas(64) std::int32_t u[kStretch];   // 0 outside of the image
   alignas(64) std::int32_t v[kStretch];
+  alignas(64) float inside[kStretch];  // 1 or 0
 };
 
 HWY_INLINE void Project(const OrientedPlanes& samples, std::size_t first, std::size_t end,
@@ -65,30 +66,26 @@ HWY_INLINE void Project(const OrientedPlanes& samples, std::size_t first, std::s
     const auto low = hn::And(hn::Ge(u, zero), hn::Ge(v, zero));
     const auto high = hn::And(hn::Lt(u, width), hn::Lt(v, height));
     const auto inside = hn::And(hn::And(low, high), faces);
-    const VI outside = hn::Set(di, -1);
-    const auto inside_i = hn::RebindMask(di, inside);
     const VI pixel_u = hn::ConvertTo(di, hn::IfThenElseZero(inside, u));
     const VI pixel_v = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
     hn::Store(cosine, d, out.cosine + i - first);
     hn::Store(p.z, d, out.predicted + i - first);
-    hn::Store(hn::IfThenElse(inside_i, pixel_u, outside), di, out.u + i - first);
+    hn::Store(pixel_u, di, out.u + i - first);
     hn::Store(pixel_v, di, out.v + i - first);
+    hn::Store(hn::IfThenElseZero(inside, hn::Set(d, 1.0F)), d, out.inside + i - first);
   }
 }
 
+/// Without a branch: what a sample meets can't be foreseen.
 HWY_INLINE void LookUp(const DepthPixels& pixels, std::size_t count, SightStretch& stretch) {
+  const float metres[2] = {pixels.metres_per_unit, -pixels.metres_per_unit};
   for (std::size_t k = 0; k < count; ++k) {
-    float measured = 0.0F;
-    if (stretch.u[k] >= 0) {
-      const auto u = static_cast<std::size_t>(stretch.u[k]);
-      const auto v = static_cast<std::size_t>(stretch.v[k]);
-      measured =
-          pixels.metres_per_unit * static_cast<float>(pixels.depth[v * pixels.depth_stride + u]);
-      if (pixels.label != nullptr && pixels.label[v * pixels.label_stride + u] == 0) {
-        measured = -measured;
-      }
-    }
-    stretch.measured[k] = measured;
+    const auto u = static_cast<std::size_t>(stretch.u[k]);
+    const auto v = static_cast<std::size_t>(stretch.v[k]);
+    const std::size_t background =
+        pixels.label != nullptr && pixels.label[v * pixels.label_stride + u] == 0 ? 1 : 0;
+    stretch.measured[k] = stretch.inside[k] * metres[background] *
+                          static_cast<float>(pixels.depth[v * pixels.depth_stride + u]);
   }
 }
 

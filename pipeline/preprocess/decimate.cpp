@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace grapnel {
 
@@ -30,6 +31,14 @@ bool selected(std::uint8_t pixel, std::uint8_t wanted) noexcept {
   return wanted == kForeground ? pixel != kNoLabel : pixel == wanted;
 }
 
+/// The row's first pixel that may be selected.
+int first_candidate(const std::uint8_t* labels, int width, std::uint8_t wanted) noexcept {
+  if (wanted == kForeground) return 0;
+  const auto* found = static_cast<const std::uint8_t*>(
+      std::memchr(labels, wanted, static_cast<std::size_t>(width)));
+  return found == nullptr ? width : static_cast<int>(found - labels);
+}
+
 Selection select(const WorkingDepth& work, std::uint8_t label) noexcept {
   Selection selection;
   selection.left = work.label.width;
@@ -40,7 +49,7 @@ Selection select(const WorkingDepth& work, std::uint8_t label) noexcept {
     const std::uint16_t* depth = work.depth.row(v);
     int first = -1;
     int last = -1;
-    for (int u = 0; u < work.label.width; ++u) {
+    for (int u = first_candidate(labels, work.label.width, label); u < work.label.width; ++u) {
       if (!selected(labels[u], label)) continue;
       if (first < 0) first = u;
       last = u;

@@ -24,6 +24,8 @@ namespace {
 
 /// Refinement rounds: inliers and least squares settle after two or three.
 constexpr int kRounds = 4;
+/// Samples counted between two looks at whether enough are left.
+constexpr std::size_t kStretch = 256;
 
 /// Plane through three samples; false when they lie on a line of the image.
 bool through(const std::array<Vec3d, 3>& p, DepthPlane& plane) noexcept {
@@ -87,16 +89,21 @@ void PlaneSearch::sample(const WorkingDepth& work) noexcept {
   }
 }
 
-std::size_t PlaneSearch::support(const DepthPlane& plane) const noexcept {
+std::size_t PlaneSearch::support(const DepthPlane& plane, std::size_t beaten) const noexcept {
   const auto a = static_cast<float>(plane.a);
   const auto b = static_cast<float>(plane.b);
   const auto c = static_cast<float>(plane.c);
-  std::int32_t count = 0;
-  for (std::size_t i = 0; i < size_; ++i) {
-    const float residual = std::fabs(inverse_[i] - (a * u_[i] + b * v_[i] + c));
-    count += residual <= tolerance_[i] ? 1 : 0;
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin < size_; begin += kStretch) {
+    if (count + (size_ - begin) <= beaten) break;
+    std::int32_t near = 0;
+    for (std::size_t i = begin; i < std::min(size_, begin + kStretch); ++i) {
+      const float residual = std::fabs(inverse_[i] - (a * u_[i] + b * v_[i] + c));
+      near += residual <= tolerance_[i] ? 1 : 0;
+    }
+    count += static_cast<std::size_t>(near);
   }
-  return static_cast<std::size_t>(count);
+  return count;
 }
 
 bool PlaneSearch::refine(DepthPlane& plane) const noexcept {
@@ -170,7 +177,7 @@ bool PlaneSearch::find(const WorkingDepth& work, double labelled_share, double m
     const std::array<Vec3d, 3> triple = {draw(), draw(), draw()};
     DepthPlane candidate;
     if (!through(triple, candidate)) continue;
-    const std::size_t count = support(candidate);
+    const std::size_t count = support(candidate, best);
     if (count <= best) continue;
     best = count;
     plane = candidate;
@@ -179,7 +186,8 @@ bool PlaneSearch::find(const WorkingDepth& work, double labelled_share, double m
   for (int round = 0; round < kRounds; ++round) {
     if (!refine(plane)) return false;
   }
-  plane.share = labelled_share * static_cast<double>(support(plane)) / static_cast<double>(size_);
+  plane.share =
+      labelled_share * static_cast<double>(support(plane, 0)) / static_cast<double>(size_);
   if (plane.share < params_.min_share) return false;
   if (min_extent_m > 0.0 && extent_m(plane, work.intrinsics) < min_extent_m) return false;
   to_metric(work.intrinsics, plane);

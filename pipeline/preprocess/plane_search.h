@@ -48,7 +48,8 @@ class PlaneSearch {
 
  private:
   void sample(const WorkingDepth& work) noexcept;
-  [[nodiscard]] std::size_t support(const DepthPlane& plane) const noexcept;
+  /// Samples on the plane; some number up to `beaten` when there are no more than that.
+  [[nodiscard]] std::size_t support(const DepthPlane& plane, std::size_t beaten) const noexcept;
   bool refine(DepthPlane& plane) const noexcept;
   [[nodiscard]] double extent_m(const DepthPlane& plane, const Intrinsics& k) const noexcept;
 

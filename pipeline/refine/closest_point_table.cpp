@@ -117,8 +117,9 @@ void ClosestPointTable::sweep(int axis) noexcept {
       1, static_cast<std::size_t>(size_[0]),
       static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1])};
   const auto a = static_cast<std::size_t>(axis);
-  const std::size_t b = (a + 1) % 3;
-  const std::size_t c = (a + 2) % 3;
+  // The inner loop takes the shorter steps: neighbouring lines share what the caches hold.
+  const std::size_t b = axis == 2 ? 1 : 2;
+  const std::size_t c = axis == 0 ? 1 : 0;
   std::array<float, kMaxSide> in, out;
   std::array<std::uint16_t, kMaxSide> in_index, out_index;
   const auto count = static_cast<std::size_t>(size_[a]);

@@ -33,6 +33,16 @@ std::size_t take_block(const Surface& moving, std::size_t first, std::size_t ste
                        kernels::PointBlock& block) noexcept {
   std::size_t k = 0;
   std::size_t i = first;
+  if (step == 1) {
+    k = std::min(moving.size - first, kernels::kBlockPoints);
+    i += k;
+    std::copy_n(moving.x.data() + first, k, block.x);
+    std::copy_n(moving.y.data() + first, k, block.y);
+    std::copy_n(moving.z.data() + first, k, block.z);
+    std::copy_n(moving.nx.data() + first, k, block.nx);
+    std::copy_n(moving.ny.data() + first, k, block.ny);
+    std::copy_n(moving.nz.data() + first, k, block.nz);
+  }
   for (; i < moving.size && k < kernels::kBlockPoints; i += step, ++k) {
     block.x[k] = moving.x[i];
     block.y[k] = moving.y[i];
