@@ -12,7 +12,7 @@ namespace grapnel {
 
 /// What stands beside an input's name.
 struct InputOptions {
-  std::string camera;  ///< camera.toml of a bare PNG; "" = none
+  std::string camera;  ///< camera.toml of a bare PNG or a foreign recording's frame; "" = none
   std::string color;   ///< colour image of a bare PNG; "" = none
 };
 
@@ -28,8 +28,8 @@ struct Input {
   [[nodiscard]] const CloudData& cloud() const { return std::get<1>(data); }
 };
 
-/// Reads a cloud (.pcd, .ply), a 16-bit PNG with its camera.toml, or RECORDING#N. Throws
-/// InputError.
+/// Reads a cloud (.pcd, .ply), a 16-bit PNG with its camera.toml, or RECORDING#N: a recording in
+/// Grapnel's layout, an .oni file or a fakenect folder. Throws InputError.
 [[nodiscard]] Input load_input(const std::string& name, const InputOptions& options);
 
 /// True when `name` ends in .pcd or .ply.

@@ -50,7 +50,7 @@ std::optional<RegisterOptions> parse(std::span<const std::string> args) {
   options.flag("--object", object, "SOURCE is a model that is looked for in TARGET");
   options.flag("--pair", pair, "SOURCE and TARGET are two views");
   options.value("--symmetry", symmetry, "of the model, over its own: none, z180, box, axis_z, …");
-  options.value("--camera", camera, "camera.toml of bare PNGs");
+  options.value("--camera", camera, "camera.toml of bare PNGs, .oni and fakenect frames");
   options.value("--color", wanted.inputs.target_options.color, "colour of a bare PNG target");
   options.value("--source-color", wanted.inputs.source_options.color, "the same of the source");
   options.value("--simd", wanted.simd, "force this SIMD target");

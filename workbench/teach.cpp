@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/cloud_file.h"
 #include "base/input_error.h"
 #include "drivers/replay/image_file.h"
-#include "drivers/replay/recording.h"
 #include "pipeline/model.h"
 #include "workbench/commands.h"
 #include "workbench/options.h"
@@ -125,9 +125,9 @@ bool poses_are_given(const TeachOptions& wanted) {
 
 Taught teach_given(const TeachOptions& wanted) {
   Taught taught;
-  taught.views = read_given_poses(wanted.given);
-  const double focal_px = Recording::open(wanted.given.recordings.front()).camera().fx;
-  taught.sampling_m = pixel_sampling_m(taught.views, focal_px);
+  GivenViews given = read_given_poses(wanted.given);
+  taught.sampling_m = pixel_sampling_m(given.views, given.focal_px);
+  taught.views = std::move(given.views);
   return taught;
 }
 

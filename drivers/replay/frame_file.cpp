@@ -47,12 +47,7 @@ FrameFile read_bare(const std::string& name, const std::string& camera) {
   file.depth.resize(pixel_count(file.camera));
   decode_depth_png(read_file(name, kMaxImageFileBytes), name, file.camera.width, file.camera.height,
                    file.depth);
-  erase_invalid(file.camera, file.depth);
-  const std::vector<std::uint32_t> map = undistortion_map(file.camera);
-  if (!map.empty()) undistort<std::uint16_t>(map, file.depth);
-  const DepthCorrection correction(file.camera, file.camera.metres_per_unit);
-  std::vector<float> scratch(correction.scratch_floats());
-  correction.apply(file.depth, scratch);
+  correct_frame(file);
   return file;
 }
 
@@ -70,6 +65,16 @@ DepthFrame FrameFile::frame() const noexcept {
   frame.sequence = number;
   frame.recorded = true;
   return frame;
+}
+
+void correct_frame(FrameFile& file) {
+  erase_invalid(file.camera, file.depth);
+  const std::vector<std::uint32_t> map = undistortion_map(file.camera);
+  if (!map.empty()) undistort<std::uint16_t>(map, file.depth);
+  if (!map.empty() && !file.color.empty()) undistort<Rgb8>(map, file.color);
+  const DepthCorrection correction(file.camera, file.camera.metres_per_unit);
+  std::vector<float> scratch(correction.scratch_floats());
+  correction.apply(file.depth, scratch);
 }
 
 FrameFile read_frame_file(const std::string& name, const std::optional<std::string>& camera,

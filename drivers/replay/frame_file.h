@@ -22,6 +22,10 @@ struct FrameFile {
   [[nodiscard]] DepthFrame frame() const noexcept;
 };
 
+/// Does to a frame as the sensor gave it what its camera.toml asks for: counts that mean no reading
+/// become 0, the lens is undone in depth and colour, the depth is corrected.
+void correct_frame(FrameFile& file);
+
 /// Reads "RECORDING#N", or a 16-bit PNG with its camera.toml and, if wanted, a colour image of the
 /// same size. A recording has its own camera.toml; `color` replaces its colour. Throws InputError.
 [[nodiscard]] FrameFile read_frame_file(const std::string& name,

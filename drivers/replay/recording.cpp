@@ -41,6 +41,11 @@ Recording Recording::open(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) {
     throw InputError(folder.string() + ": is not a recording; a folder with camera.toml is");
   }
+  if (!std::filesystem::exists(folder / "camera.toml")) {
+    throw InputError(folder.string() +
+                     ": has no camera.toml, so it is no recording of Grapnel's; grapnel import "
+                     "brings foreign ones in");
+  }
   recording.folder_ = folder;
   recording.camera_ = read_camera_file(folder / "camera.toml");
   recording.undistort_ = undistortion_map(recording.camera_);

@@ -10,12 +10,16 @@
 #include "base/file.h"
 #include "base/input_error.h"
 #include "drivers/replay/image_file.h"
+#include "drivers/replay/recording.h"
 #include "tests/support/temp_folder.h"
 #include "workbench/import/cloud_grid.h"
 #include "workbench/import/fakenect.h"
 #include "workbench/import/known_cameras.h"
+#include "workbench/import/local_recording.h"
 #include "workbench/import/source.h"
 #include "workbench/import/tiff.h"
+#include "workbench/import/write_source.h"
+#include "workbench/input.h"
 
 namespace grapnel {
 namespace {
@@ -307,6 +311,55 @@ TEST_F(Fakenect, AMissingFileIsRefused) {
   EXPECT_NE(refusal().find("INDEX.txt:5: r-1295570131.260000-33125.ppm is not there"),
             std::string::npos)
       << refusal();
+}
+
+TEST_F(Fakenect, FrameIsAnInputAsItIs) {
+  const Input input = load_input(folder_.path().string() + "#1", {});
+  ASSERT_TRUE(input.is_frame());
+  const DepthFrame frame = input.frame();
+  EXPECT_EQ(frame.depth.width, 640);
+  EXPECT_EQ(frame.depth.at(0, 0), 0) << "2047 is no reading";
+  // libfreenect's law with its nominal constants (registration.c): raw 800 is the reference plane
+  // but for 3/8 pixel, raw 600 fifty pixels nearer.
+  const auto depth_m = [](double shift_px) {
+    return 0.01 * (shift_px * 0.1042 * 120.0 / (7.5 - shift_px * 0.1042) + 120.0);
+  };
+  EXPECT_NEAR(frame.depth.at(1, 0) * frame.metres_per_unit, depth_m(-0.375), 1e-4);
+  EXPECT_NEAR(frame.depth.at(2, 0) * frame.metres_per_unit, depth_m(-50.375), 1e-4);
+  EXPECT_EQ(frame.exposure_us, 1295570131250000);
+  EXPECT_THROW((void)load_input(folder_.path().string() + "#3", {}), InputError);
+}
+
+TEST_F(Fakenect, KeepsItsUnitUnderACalibrationOfAnother) {
+  CameraFile calibrated;
+  calibrated.width = 640;
+  calibrated.height = 480;
+  calibrated.fx = calibrated.fy = 580.0;
+  calibrated.cx = 320.0;
+  calibrated.cy = 240.0;
+  calibrated.metres_per_unit = 0.001;
+  const std::string camera = (folder_ / "camera.toml").string();
+  write_file(camera, std::string_view(camera_file_text(calibrated)));
+  const Input plain = load_input(folder_.path().string() + "#0", {});
+  const Input input = load_input(folder_.path().string() + "#0", {camera, ""});
+  EXPECT_EQ(input.frame().intrinsics.fx, 580.0);
+  EXPECT_EQ(input.frame().metres_per_unit, plain.frame().metres_per_unit);
+  Source source = find_source(folder_.path(), {});
+  EXPECT_EQ(choose_camera(source, camera).metres_per_unit, plain.frame().metres_per_unit);
+}
+
+TEST_F(Fakenect, FolderIsARecordingThatGoesAwayAfterUse) {
+  std::filesystem::path folder;
+  {
+    const LocalRecording local(folder_.path().string());
+    folder = local.folder();
+    const Recording recording = Recording::open(folder);
+    EXPECT_EQ(recording.frame_count(), 3U);
+    EXPECT_FALSE(recording.has_color()) << "it is not that of the depth's pixels";
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  const LocalRecording own((folder_ / "elsewhere").string());
+  EXPECT_EQ(own.folder(), folder_ / "elsewhere");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "base/formats/text_scanner.h"
 #include "base/input_error.h"
 #include "drivers/replay/recording.h"
+#include "workbench/import/local_recording.h"
 
 namespace grapnel {
 namespace {
@@ -207,7 +208,8 @@ WallView read_wall(const std::string& name, std::size_t frames, CameraFile& came
     }
     wall.distance_m = distance_m;
   }
-  const Recording recording = Recording::open(wall.name);
+  const LocalRecording local(wall.name);
+  const Recording recording = Recording::open(local.folder());
   camera = recording.camera();
   if (camera.corrects_depth()) {
     throw InputError(wall.name + ": its depth is corrected already; a recording without is needed");

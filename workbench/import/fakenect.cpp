@@ -139,16 +139,36 @@ ColorImage read_fakenect_color(const std::filesystem::path& file) {
   return image;
 }
 
+bool is_fakenect(const std::filesystem::path& folder) {
+  return std::filesystem::exists(folder / "INDEX.txt");
+}
+
+FrameFile read_fakenect_frame(const std::filesystem::path& folder, std::size_t number) {
+  const std::optional<Source> source = find_fakenect(folder, {});
+  if (!source || number >= source->frames.size()) {
+    const std::size_t count = source ? source->frames.size() : 0;
+    throw InputError(folder.string() + ": there is no frame " + std::to_string(number) +
+                     "; it has " + std::to_string(count) + ", counted from 0");
+  }
+  FrameFile file;
+  file.camera = nominal_kinect();
+  file.time_us = source->frames[number].time_us;
+  file.number = number;
+  file.depth = read_fakenect_depth(source->frames[number].depth).pixels;
+  return file;
+}
+
 std::optional<Source> find_fakenect(const std::filesystem::path& folder,
                                     const SourceOptions& options) {
+  if (!is_fakenect(folder)) return std::nullopt;
   const std::filesystem::path index = folder / "INDEX.txt";
-  if (!std::filesystem::exists(index)) return std::nullopt;
   const std::vector<std::byte> bytes = read_file(index, kMaxIndexBytes);
   TextScanner scanner({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, index.string());
   Source source;
   source.layout = "fakenect";
   source.camera = nominal_kinect();
   source.camera_origin = "a Kinect's nominal constants, for want of the unit's: give --camera";
+  source.fixed_unit = true;
   source.unregistered_color = true;
   std::string_view line;
   while (scanner.next_line(line)) {

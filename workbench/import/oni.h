@@ -6,6 +6,7 @@
 #include <string>
 
 #include "drivers/replay/camera_file.h"
+#include "drivers/replay/frame_file.h"
 
 namespace grapnel {
 
@@ -25,5 +26,9 @@ struct OniImport {
 [[nodiscard]] OniImport import_oni(const std::filesystem::path& file,
                                    const std::filesystem::path& folder,
                                    const std::optional<std::string>& camera_file, bool with_color);
+
+/// Frame `number` of depth, from 0, with the colour nearest in time, as the file has them:
+/// everything before it is played. Throws InputError, also when there is no such frame.
+[[nodiscard]] FrameFile read_oni_frame(const std::filesystem::path& file, std::size_t number);
 
 }  // namespace grapnel

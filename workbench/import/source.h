@@ -25,6 +25,7 @@ struct Source {
   std::string layout;                ///< for people: "TUM RGB-D", "7-Scenes", …
   std::optional<CameraFile> camera;  ///< width and height 0: those of the first image
   std::string camera_origin;         ///< where its numbers come from
+  bool fixed_unit = false;           ///< the counts are `camera`'s, whatever another file says
   std::vector<SourceFrame> frames;   ///< ascending in time
   std::vector<SourceFrame> colors;   ///< images with a time of their own (`color` only)
   bool unregistered_color = false;   ///< colours are not those of the depth's pixels

@@ -7,6 +7,8 @@
 #include "base/input_error.h"
 #include "drivers/replay/image_file.h"
 #include "drivers/replay/recording.h"
+#include "workbench/import/fakenect.h"
+#include "workbench/import/local_recording.h"
 #include "workbench/options.h"
 #include "workbench/progress.h"
 
@@ -41,8 +43,9 @@ ColorImage load_mask(const GivenPoses& wanted, std::size_t view, const CameraFil
   return mask;
 }
 
-void read_views(const GivenPoses& wanted, const std::string& name, std::vector<TaughtView>& views) {
-  const Recording recording = Recording::open(name);
+void read_views(const GivenPoses& wanted, const std::string& name, GivenViews& given) {
+  const LocalRecording local(name);
+  const Recording recording = Recording::open(local.folder());
   const std::vector<TimedPose> truth =
       wanted.still ? std::vector<TimedPose>{} : recording.ground_truth();
   std::vector<std::size_t> frames;
@@ -52,6 +55,7 @@ void read_views(const GivenPoses& wanted, const std::string& name, std::vector<T
     frames = parse_indices(wanted.frames, "--frames");
   }
   const CameraFile& camera = recording.camera();
+  if (given.views.empty()) given.focal_px = camera.fx;
   const std::size_t pixels =
       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   std::vector<std::uint16_t> depth(pixels);
@@ -69,26 +73,26 @@ void read_views(const GivenPoses& wanted, const std::string& name, std::vector<T
     if (colored) frame.color = {color.data(), camera.width, camera.height};
     frame.metres_per_unit = camera.metres_per_unit;
     frame.intrinsics = camera.intrinsics();
-    const ColorImage mask = load_mask(wanted, views.size(), camera);
+    const ColorImage mask = load_mask(wanted, given.views.size(), camera);
     TaughtView view;
     view.samples = frame_samples(frame, mask.view());
     if (!truth.empty()) view.model_from_camera = pose_at(truth, recording.time_us(i), frame_name);
-    views.push_back(std::move(view));
+    given.views.push_back(std::move(view));
     progress.step();
   }
 }
 
 }  // namespace
 
-std::vector<TaughtView> read_given_poses(const GivenPoses& wanted) {
-  std::vector<TaughtView> views;
-  for (const std::string& recording : wanted.recordings) read_views(wanted, recording, views);
-  return views;
+GivenViews read_given_poses(const GivenPoses& wanted) {
+  GivenViews given;
+  for (const std::string& recording : wanted.recordings) read_views(wanted, recording, given);
+  return given;
 }
 
 bool has_given_poses(const std::string& name) {
   std::error_code ignored;
-  return std::filesystem::is_directory(name, ignored) &&
+  return std::filesystem::is_directory(name, ignored) && !is_fakenect(name) &&
          !Recording::open(name).ground_truth().empty();
 }
 

@@ -15,8 +15,13 @@ struct GivenPoses {
   bool still = false;              ///< the camera stood still: ignore groundtruth.txt
 };
 
+struct GivenViews {
+  std::vector<TaughtView> views;
+  double focal_px = 0.0;  ///< of the first recording
+};
+
 /// Reads them with the poses of groundtruth.txt (world_from_camera). Throws InputError.
-[[nodiscard]] std::vector<TaughtView> read_given_poses(const GivenPoses& wanted);
+[[nodiscard]] GivenViews read_given_poses(const GivenPoses& wanted);
 
 /// True when `name` is a recording with a groundtruth.txt that has rows.
 [[nodiscard]] bool has_given_poses(const std::string& name);

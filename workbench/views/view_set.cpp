@@ -1,9 +1,8 @@
 #include "workbench/views/view_set.h"
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <system_error>
+#include <memory>
 #include <utility>
 
 #include "base/input_error.h"
@@ -11,30 +10,35 @@
 #include "drivers/replay/recording.h"
 #include "pipeline/model.h"
 #include "pipeline/model_normals.h"
+#include "workbench/import/local_recording.h"
 #include "workbench/options.h"
 #include "workbench/progress.h"
 
 namespace grapnel {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Axial noise of structured light is about this times z² (Khoshelham and Elberink 2012).
 constexpr double kNoise_per_m = 1.425e-3;
 
-/// A recording as its frames' names, anything else as it is.
-std::vector<std::string> expanded(const std::vector<std::string>& names,
-                                  const ViewOptions& options) {
-  std::vector<std::string> all;
-  bool recordings = false;
+/// A view under the name it was given by, and the one it is read by.
+struct ViewName {
+  std::string given;
+  std::string file;
+};
+
+/// A recording as its frames' names, anything else as it is. Foreign recordings stay where they
+/// were brought in as long as `local` holds them.
+std::vector<ViewName> expanded(const std::vector<std::string>& names, const ViewOptions& options,
+                               std::vector<std::unique_ptr<LocalRecording>>& local) {
+  std::vector<ViewName> all;
   for (const std::string& name : names) {
-    std::error_code ignored;
-    if (!fs::is_directory(name, ignored)) {
-      all.push_back(name);
+    if (!is_recording_name(name)) {
+      all.push_back({name, name});
       continue;
     }
-    recordings = true;
-    const std::size_t count = Recording::open(name).frame_count();
+    local.push_back(std::make_unique<LocalRecording>(name));
+    const std::string folder = local.back()->folder().string();
+    const std::size_t count = Recording::open(folder).frame_count();
     std::vector<std::size_t> frames;
     if (!options.frames.empty()) frames = parse_indices(options.frames, "--frames");
     for (std::size_t i = 0; options.frames.empty() && i < count; ++i) frames.push_back(i);
@@ -43,10 +47,11 @@ std::vector<std::string> expanded(const std::vector<std::string>& names,
         throw InputError(name + "#" + std::to_string(frame) + ": the recording has frames 0 to " +
                          std::to_string(count - 1));
       }
-      all.push_back(name + "#" + std::to_string(frame));
+      const std::string number = std::to_string(frame);
+      all.push_back({name + "#" + number, folder + "#" + number});
     }
   }
-  if (!options.frames.empty() && !recordings) {
+  if (!options.frames.empty() && local.empty()) {
     throw InputError("--frames " + options.frames + ": no view is a recording");
   }
   return all;
@@ -83,10 +88,11 @@ void crop_cloud(CloudData& cloud, const Box& box) {
   }
 }
 
-View load_view(const std::string& name, const std::string& mask, const ViewOptions& options) {
+View load_view(const ViewName& view_name, const std::string& mask, const ViewOptions& options) {
+  const std::string& name = view_name.given;
   InputOptions input_options = options.input;
   if (name.find('#') != std::string::npos) input_options = {};
-  View view{name, load_input(name, input_options), nullptr};
+  View view{name, load_input(view_name.file, input_options), nullptr};
   if (view.input.is_frame()) {
     auto& file = std::get<FrameFile>(view.input.data);
     if (!mask.empty()) apply_mask(file, mask);
@@ -141,7 +147,8 @@ std::vector<SurfaceSample> cloud_samples(const Surface& surface) {
 }  // namespace
 
 std::vector<View> load_views(const std::vector<std::string>& names, const ViewOptions& options) {
-  const std::vector<std::string> all = expanded(names, options);
+  std::vector<std::unique_ptr<LocalRecording>> local;
+  const std::vector<ViewName> all = expanded(names, options, local);
   if (options.masks.size() > 1 && options.masks.size() != all.size()) {
     throw InputError("--mask: " + std::to_string(options.masks.size()) + " images for " +
                      std::to_string(all.size()) + " views; one, or one a view are allowed");

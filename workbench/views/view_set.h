@@ -25,7 +25,8 @@ struct View {
   std::unique_ptr<StoredSurface> surface;
 };
 
-/// Reads views: clouds, PNGs, RECORDING#N, and recordings, which give one view a frame. Throws
+/// Reads views: clouds, PNGs, RECORDING#N, and recordings (also .oni files and fakenect folders),
+/// which give one view a frame. Throws
 /// InputError, also when a view has no reading left.
 [[nodiscard]] std::vector<View> load_views(const std::vector<std::string>& names,
                                            const ViewOptions& options);

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -222,6 +223,28 @@ TEST_F(OniFile, IsImportedFrameByFrame) {
     std::memcpy(bytes.data(), depth.data(), bytes.size());
     EXPECT_TRUE(is_due(bytes, depth_phase_)) << i;
   }
+}
+
+TEST_F(OniFile, FrameIsAnInputWithoutAnImport) {
+  const std::string file = record();
+  const auto run = [&](const std::string& command) {
+    return std::system((kBinaries + "/grapnel " + command + " > /dev/null").c_str());
+  };
+  const std::string recording = (folder_ / "imported").string();
+  ASSERT_EQ(run("import " + file + " -o " + recording), 0);
+  const auto cloud = [&](const std::string& input, const std::string& name) {
+    const std::string output = (folder_ / name).string();
+    EXPECT_EQ(run("filter " + input + " --method median -o " + output), 0);
+    std::ifstream stream(output, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::string imported = cloud(recording + "#5", "a.pcd");
+  EXPECT_GT(imported.size(), 1000U);
+  EXPECT_TRUE(cloud(file + "#5", "b.pcd") == imported);
+  EXPECT_FALSE(cloud(file + "#6", "c.pcd") == imported);
+  EXPECT_EQ(WEXITSTATUS(run("filter " + file + "#99 --method median -o " +
+                            (folder_ / "d.pcd").string() + " 2> /dev/null")),
+            2);
 }
 
 class OniCamera : public OniFile {
