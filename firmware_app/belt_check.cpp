@@ -21,8 +21,13 @@ constexpr std::size_t kMinSamples = 30;
 constexpr double kBand_m = 0.06;
 constexpr double kBelowShare = 0.5;
 constexpr std::size_t kMinTiles = 12;
-constexpr double kAgreeShare = 0.5;
-constexpr int kTrials = 64;
+constexpr double kMostOfTiles = 0.5;
+constexpr double kSomeOfTiles = 0.15;
+// Reflections and edges make a tile look lower than it is now and then.
+constexpr double kLowerTiles = 0.05;
+constexpr int kTrials = 96;
+constexpr std::size_t kBins = 2 * 60 + 1;  // of the heights within the band, a millimetre each
+constexpr double kBin_m = 1e-3;
 // As plane_fit.cpp: a step of the sensor is 2.9 mm z², and belts are uneven by 2 mm.
 constexpr double kStepPerSquareMetre = 2.9e-3;
 constexpr double kUnevennessM = 2e-3;
@@ -63,6 +68,27 @@ class BeltView {
     }
   }
   [[nodiscard]] const Tiles& tiles() const noexcept { return tiles_; }
+  /// How the readings lie about the taught plane, for a belt at `shift_m` from it.
+  void fill_shares(double shift_m, BeltDrift& drift) const noexcept {
+    if (readings_ == 0) return;
+    const double z_m = std::abs(taught_.offset_m);
+    const double tolerance_m = kUnevennessM + 2.0 * kStepPerSquareMetre * z_m * z_m;
+    std::size_t below = below_;
+    std::size_t above = readings_ - below_;
+    std::size_t in_place = 0;
+    for (std::size_t bin = 0; bin < kBins; ++bin) {
+      const double height_m = (static_cast<double>(bin) - 60.0) * kBin_m;
+      if (height_m < -tolerance_m) below += heights_[bin];
+      if (height_m <= shift_m + tolerance_m) above -= heights_[bin];
+      const bool nearer =
+          std::abs(shift_m) <= tolerance_m || std::abs(height_m) < std::abs(height_m - shift_m);
+      if (std::abs(height_m) <= tolerance_m && nearer) in_place += heights_[bin];
+    }
+    const auto all = static_cast<double>(readings_);
+    drift.below_share = static_cast<double>(below) / all;
+    drift.above_share = static_cast<double>(above) / all;
+    drift.in_place_share = static_cast<double>(in_place) / all;
+  }
   [[nodiscard]] bool is_elsewhere() const noexcept {
     return readings_ > 0 &&
            static_cast<double>(below_) > kBelowShare * static_cast<double>(readings_);
@@ -97,6 +123,7 @@ class BeltView {
         }
         if (std::abs(height_m) > kBand_m) continue;
         heights[count++] = height_m;
+        ++heights_[static_cast<std::size_t>(std::lround(height_m / kBin_m) + 60)];
         sum += p;
       }
     }
@@ -121,6 +148,7 @@ class BeltView {
   std::size_t readings_ = 0;
   std::size_t below_ = 0;
   double below_sum_m_ = 0.0;
+  std::array<std::size_t, kBins> heights_{};
 };
 
 bool through(const Tile& a, const Tile& b, const Tile& c, Slope& slope) noexcept {
@@ -136,6 +164,29 @@ std::size_t agreeing(const Tiles& tiles, const Slope& slope) noexcept {
       tiles.begin(), tiles.end(), [&](const Tile& tile) { return slope.holds(tile); }));
 }
 
+/// Nothing lies below a belt.
+bool is_lowest(const Tiles& tiles, const Slope& slope) noexcept {
+  const auto lower = std::count_if(tiles.begin(), tiles.end(), [&](const Tile& tile) {
+    return tile.height_m < slope.at(tile) - tile.tolerance_m;
+  });
+  return static_cast<double>(lower) <= kLowerTiles * static_cast<double>(tiles.size());
+}
+
+/// The slope with the most agreeing tiles among those `next` proposes, and their number.
+template <class Next>
+std::size_t find_lowest(const Tiles& tiles, Next next, Slope& best) noexcept {
+  std::size_t most = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Slope slope;
+    if (!next(slope)) continue;
+    const std::size_t count = agreeing(tiles, slope);
+    if (count <= most || !is_lowest(tiles, slope)) continue;
+    most = count;
+    best = slope;
+  }
+  return most;
+}
+
 /// Least squares over the tiles that agree with `slope`.
 void refine(const Tiles& tiles, Slope& slope) noexcept {
   Mat3d outer = Mat3d::Zero();
@@ -149,6 +200,54 @@ void refine(const Tiles& tiles, Slope& slope) noexcept {
   slope.coefficients = outer.ldlt().solve(moment);
 }
 
+/// The mean height of the tiles that agree with a level.
+double mean_height_m(const Tiles& tiles, const Slope& level) noexcept {
+  double sum_m = 0.0;
+  std::size_t count = 0;
+  for (const Tile& tile : tiles) {
+    if (!level.holds(tile)) continue;
+    sum_m += tile.height_m;
+    ++count;
+  }
+  return sum_m / static_cast<double>(std::max<std::size_t>(count, 1));
+}
+
+/// The belt as most of the tiles show it, or, where parts hide it, as some of them do.
+void find_belt(const BeltView& view, const BeltPlane& taught, BeltDrift& drift) noexcept {
+  const Tiles& tiles = view.tiles();
+  // The optical axis meets the taught plane here; n points back to the camera, so n.z is negative.
+  const double cosine = taught.normal.z();
+  if (tiles.size() < kMinTiles || std::abs(cosine) < 0.1) return;
+  Rng rng(1);
+  const auto any = [&]() -> const Tile& {
+    return tiles[rng.below(static_cast<std::uint32_t>(tiles.size()))];
+  };
+  const auto enough = [&](std::size_t count, double share) {
+    return count >= kMinTiles &&
+           static_cast<double>(count) >= share * static_cast<double>(tiles.size());
+  };
+  Slope plane;
+  const auto tilted = [&](Slope& slope) { return through(any(), any(), any(), slope); };
+  if (enough(find_lowest(tiles, tilted, plane), kMostOfTiles)) {
+    refine(tiles, plane);
+    refine(tiles, plane);
+    drift.seen = true;
+    drift.shift_m = plane.coefficients.dot(view.place({0.0, 0.0, -taught.offset_m / cosine}));
+    drift.tilt_rad = std::atan(std::hypot(plane.coefficients.x(), plane.coefficients.y()));
+    return;
+  }
+  Slope level;
+  const auto parallel = [&](Slope& slope) {
+    slope.coefficients = Vec3d(0.0, 0.0, any().height_m);
+    return true;
+  };
+  if (!enough(find_lowest(tiles, parallel, level), kSomeOfTiles)) return;
+  const double height_m = mean_height_m(tiles, level);
+  // Higher up, they are as likely the tops of parts.
+  drift.seen = std::abs(height_m) <= tiles[0].tolerance_m;
+  if (drift.seen) drift.shift_m = height_m;
+}
+
 }  // namespace
 
 BeltDrift measure_belt_drift(const DepthFrame& frame, const BeltPlane& taught) noexcept {
@@ -156,34 +255,13 @@ BeltDrift measure_belt_drift(const DepthFrame& frame, const BeltPlane& taught) n
   if (!taught.known || frame.depth.empty()) return drift;
   BeltView view(frame, taught);
   view.look();
-  if (view.is_elsewhere()) return {true, view.mean_below_m(), 0.0};
-  const Tiles& tiles = view.tiles();
-  if (tiles.size() < kMinTiles) return drift;
-  Slope best;
-  std::size_t most = 0;
-  Rng rng(1);
-  const auto any = [&]() -> const Tile& {
-    return tiles[rng.below(static_cast<std::uint32_t>(tiles.size()))];
-  };
-  for (int trial = 0; trial < kTrials; ++trial) {
-    Slope slope;
-    if (!through(any(), any(), any(), slope)) continue;
-    const std::size_t count = agreeing(tiles, slope);
-    if (count <= most) continue;
-    most = count;
-    best = slope;
+  if (view.is_elsewhere()) {
+    drift.seen = true;
+    drift.shift_m = view.mean_below_m();
+  } else {
+    find_belt(view, taught, drift);
   }
-  const auto enough = static_cast<double>(tiles.size()) * kAgreeShare;
-  if (most < kMinTiles || static_cast<double>(most) < enough) return drift;
-  refine(tiles, best);
-  refine(tiles, best);
-  // The optical axis meets the taught plane here; n points back to the camera, so n.z is negative.
-  const double cosine = taught.normal.z();
-  if (std::abs(cosine) < 0.1) return drift;
-  const Vec3d centre(0.0, 0.0, -taught.offset_m / cosine);
-  drift.seen = true;
-  drift.shift_m = best.coefficients.dot(view.place(centre));
-  drift.tilt_rad = std::atan(std::hypot(best.coefficients.x(), best.coefficients.y()));
+  view.fill_shares(drift.shift_m, drift);
   return drift;
 }
 

@@ -10,6 +10,13 @@ constexpr std::int64_t kWindow_us = 2'000'000;
 constexpr int kBlindLooks = 3;
 // A carton that stays before the camera for less is no other belt.
 constexpr int kStrangeLooks = 5;
+// Parts that cover the whole view for longer are taken for a belt that came nearer.
+constexpr int kCoveredLooks = 300;
+// Shares of the readings: of the belt that shows between parts, of a part on it, of what would have
+// to be inside the belt.
+constexpr double kShowsBelt = 0.02;
+constexpr double kShowsPart = 0.1;
+constexpr double kShowsBelow = 0.05;
 // A sensor that was away for longer has cooled.
 constexpr std::int64_t kCooled_us = 60'000'000;
 // Of ten readings a second: a shock of the conveyor passes within a second.
@@ -17,6 +24,11 @@ constexpr double kSmoothing = 0.1;
 
 double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) noexcept {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// Some of the belt is where it was taught, and nothing is where it would be inside the belt.
+bool shows_belt(const BeltDrift& drift) noexcept {
+  return drift.in_place_share >= kShowsBelt && drift.below_share < kShowsBelow;
 }
 
 /// Exact also for small angles, where the cosine says little.
@@ -40,11 +52,26 @@ void SensorHealth::see(const DepthFrame& frame) noexcept {
 void SensorHealth::look_at_belt(const DepthFrame& frame) noexcept {
   if (!belt_.known || capture_.max_belt_shift_m == 0.0) return;
   const BeltDrift drift = measure_belt_drift(frame, belt_);
-  if (!drift.seen) return;
-  drift_ = drift;
   const bool tilted = capture_.max_tilt_rad > 0.0 && drift.tilt_rad > capture_.max_tilt_rad;
   const bool strange = tilted || std::abs(drift.shift_m) > capture_.max_belt_shift_m;
+  const bool covered = is_covered(drift);
+  if (shows_belt(drift)) strange_looks_ = 0;
+  if (!drift.seen || (strange && covered)) return;
+  drift_ = drift;
   strange_looks_ = strange ? strange_looks_ + 1 : 0;
+}
+
+bool SensorHealth::is_covered(const BeltDrift& drift) noexcept {
+  if (drift.below_share >= kShowsBelow) return false;
+  const bool carries_parts = drift.above_share >= kShowsPart;
+  if (shows_belt(drift)) {
+    came_in_parts_ = carries_parts;
+    covered_looks_ = 0;
+    return true;
+  }
+  // Nothing is left where the belt was: a part covers the view that was seen to come, or the sensor
+  // moved, and then parts lie on what is seen.
+  return !carries_parts && came_in_parts_ && ++covered_looks_ <= kCoveredLooks;
 }
 
 void SensorHealth::follow_stream(const CameraStatus& status, std::int64_t now_us) noexcept {

@@ -32,6 +32,8 @@ class SensorHealth {
     belt_ = belt;
     drift_ = {};
     strange_looks_ = 0;
+    came_in_parts_ = false;
+    covered_looks_ = 0;
   }
   /// The belt as seen last against where it belongs.
   [[nodiscard]] const BeltDrift& belt_drift() const noexcept { return drift_; }
@@ -44,11 +46,15 @@ class SensorHealth {
 
   void follow_stream(const CameraStatus& status, std::int64_t now_us) noexcept;
   void look_at_belt(const DepthFrame& frame) noexcept;
+  /// What is seen instead of the belt came onto it and is not the belt itself.
+  [[nodiscard]] bool is_covered(const BeltDrift& drift) noexcept;
 
   CaptureSettings capture_;
   BeltPlane belt_;
   BeltDrift drift_;
   int strange_looks_ = 0;
+  bool came_in_parts_ = false;  // at the last look at the belt, something lay on it
+  int covered_looks_ = 0;
   std::int64_t warm_from_us_ = 0;  // 0: never streamed
   std::int64_t away_since_us_ = 0;
   bool has_reference_ = false;

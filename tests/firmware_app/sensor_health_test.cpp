@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
 namespace grapnel {
@@ -121,14 +122,25 @@ class Belt : public Health {
  protected:
   Belt() { health_.watch_belt({true, {0.0, 0.0, -1.0}, 1.0}); }
   void look(double raised_m, double tilt_rad, double boxes) {
+    draw([&](int u, int v) {
+      const double y = (v - 119.5) / 287.5;
+      const bool box = u / 40 % 2 == 0 && v < static_cast<int>(boxes * 2.0 * 240.0);
+      // z = 1 - raised + tan(tilt) · y z, exact.
+      return (1.0 - raised_m) / (1.0 - std::tan(tilt_rad) * y) - (box ? 0.04 : 0.0);
+    });
+  }
+  /// So many looks at a belt of which flat parts cover the left share.
+  Code flats(int count, double height_m, double share) {
+    for (int i = 0; i < count; ++i) {
+      draw([&](int u, int) { return u < share * 320.0 ? 1.0 - height_m : 1.0; });
+    }
+    return beats(1);
+  }
+  void draw(const std::function<double(int u, int v)>& z_m) {
     std::vector<std::uint16_t> depth;
     for (int v = 0; v < 240; ++v) {
       for (int u = 0; u < 320; ++u) {
-        const double y = (v - 119.5) / 287.5;
-        // z = 1 - raised + tan(tilt) · y z, exact.
-        double z = (1.0 - raised_m) / (1.0 - std::tan(tilt_rad) * y);
-        const bool box = u / 40 % 2 == 0 && v < static_cast<int>(boxes * 2.0 * 240.0);
-        if (box) z -= 0.04;
+        const double z = z_m(u, v);
         const double step = 2.9e-3;  // at 1 m
         depth.push_back(static_cast<std::uint16_t>(std::round(z / step) * step * 10'000.0));
       }
@@ -173,6 +185,46 @@ TEST_F(Belt, FarBelowIsAnotherPlace) {
 TEST_F(Belt, CoveredByPartsSaysNothing) {
   EXPECT_EQ(looks(1, 0.0), Code::SensorHealthy);
   EXPECT_EQ(looks(10, 0.3), Code::SensorHealthy) << "a pallet before the camera";
+}
+
+TEST_F(Belt, UnderFlatPartsOverTheWholeViewHasNotMoved) {
+  EXPECT_EQ(looks(5, 0.0), Code::SensorHealthy);
+  EXPECT_EQ(flats(2, 0.04, 0.5), Code::SensorHealthy);
+  EXPECT_EQ(flats(200, 0.04, 1.0), Code::SensorHealthy) << "the belt stands";
+  EXPECT_EQ(flats(2, 0.04, 0.3), Code::SensorHealthy);
+  EXPECT_EQ(looks(5, 0.0), Code::SensorHealthy);
+  EXPECT_NEAR(health_.belt_drift().shift_m, 0.0, 1.5e-3);
+}
+
+TEST_F(Belt, ShowsInGapsBetweenFlatPartsThatItHasNotMoved) {
+  // From the first look on, as after a start of the daemon; three of a hundred columns are belt.
+  EXPECT_EQ(flats(400, 0.04, 0.97), Code::SensorHealthy);
+  EXPECT_EQ(flats(400, 0.04, 0.6), Code::SensorHealthy);
+  EXPECT_NEAR(health_.belt_drift().shift_m, 0.0, 1.5e-3) << "the lowest plane is the belt's";
+}
+
+TEST_F(Belt, ThatCameNearerUnderItsPartsIsASensorThatMoved) {
+  EXPECT_EQ(looks(5, 0.0), Code::SensorHealthy);
+  EXPECT_EQ(looks(4, 0.03), Code::SensorHealthy);
+  EXPECT_EQ(looks(1, 0.03), Code::SensorMoved);
+}
+
+TEST_F(Belt, ThatCameNearerAtOnceAndIsEmptyIsASensorThatMoved) {
+  EXPECT_EQ(looks(5, 0.0, 0.0, 0.0), Code::SensorHealthy);
+  EXPECT_EQ(looks(5, 0.03, 0.0, 0.0), Code::SensorMoved);
+}
+
+TEST_F(Belt, FartherAwayIsASensorThatMovedWhateverLiesOnIt) {
+  EXPECT_EQ(flats(5, 0.04, 0.5), Code::SensorHealthy);
+  EXPECT_EQ(looks(5, -0.03, 0.0, 0.4), Code::SensorMoved);
+  EXPECT_NEAR(health_.belt_drift().shift_m, -0.03, 2e-3);
+}
+
+TEST_F(Belt, CoveredForFiveMinutesMustBeSeenAgainToBeBelieved) {
+  EXPECT_EQ(flats(2, 0.04, 0.5), Code::SensorHealthy);
+  EXPECT_EQ(flats(300, 0.04, 1.0), Code::SensorHealthy);
+  EXPECT_EQ(flats(5, 0.04, 1.0), Code::SensorMoved);
+  EXPECT_EQ(flats(1, 0.04, 0.9), Code::SensorHealthy);
 }
 
 TEST_F(Belt, IsNotWatchedWhereThatIsSwitchedOffOrNothingWasTaught) {
