@@ -80,5 +80,31 @@ TEST(Snapshots, GraspFeedbackLabelsTheLastResultsSnapshot) {
   EXPECT_EQ(replay(file, site.folder() / "report.txt"), 0);
 }
 
+TEST(Snapshots, AGoodAndABadGraspEachLabelTheJobBeforeThem) {
+  const test::Site site;
+  test::DaemonProcess daemon(site);
+  ASSERT_TRUE(daemon.wait_ready());
+  test::Plc plc(daemon.port());
+  for (const PlcCommandCode label : {PlcCommandCode::GraspGood, PlcCommandCode::GraspBad}) {
+    EXPECT_EQ(plc.send(label).reading.result.code, Code::BadParameter) << "there was no job yet";
+  }
+  PlcCommand command;
+  command.timeout_ms = 20000;
+  command.part_tag = 0x51;
+  ASSERT_EQ(plc.send(PlcCommandCode::Register, command).reading.result.code, Code::ObjectFound);
+  EXPECT_EQ(plc.send(PlcCommandCode::GraspGood).reading.result.code, Code::CaptureDone);
+  ASSERT_TRUE(test::eventually([&] { return snapshots_of(site).size() == 1; }));
+  command.part_tag = 0x52;
+  ASSERT_EQ(plc.send(PlcCommandCode::Register, command).reading.result.code, Code::ObjectFound);
+  EXPECT_EQ(plc.send(PlcCommandCode::GraspBad).reading.result.code, Code::CaptureDone);
+  ASSERT_TRUE(test::eventually([&] { return snapshots_of(site).size() == 2; }));
+  for (const fs::path& file : snapshots_of(site)) {
+    const bool first = file.string().find("tag00000051") != std::string::npos;
+    EXPECT_NE(first, file.string().find("tag00000052") != std::string::npos) << file;
+    EXPECT_EQ(read_snapshot(file).evidence.label, first ? GraspLabel::Good : GraspLabel::Bad);
+    EXPECT_EQ(replay(file, site.folder() / "report.txt"), 0);
+  }
+}
+
 }  // namespace
 }  // namespace grapnel

@@ -13,6 +13,7 @@
 #include "base/input_error.h"
 #include "drivers/replay/image_file.h"
 #include "drivers/replay/recording.h"
+#include "tests/drivers/replay/power_switch.h"
 #include "tests/support/small_recording.h"
 #include "tests/support/temp_folder.h"
 
@@ -98,13 +99,21 @@ std::vector<std::byte> color_png(std::size_t frame) {
   return encode_color_png({color.data(), test::kSmallWidth, test::kSmallHeight});
 }
 
-/// Records 2.5 s at 30 Hz; the frame at which the power went, kFrames when it stayed.
-std::size_t record(CutStore& store) {
-  static const auto encoded = [] {
-    std::vector<std::pair<std::vector<std::byte>, std::vector<std::byte>>> all;
+using EncodedImages = std::pair<std::vector<std::byte>, std::vector<std::byte>>;
+
+/// Depth and colour of each frame.
+const std::vector<EncodedImages>& encoded_frames() {
+  static const auto kEncoded = [] {
+    std::vector<EncodedImages> all;
     for (std::size_t i = 0; i < kFrames; ++i) all.emplace_back(depth_png(i), color_png(i));
     return all;
   }();
+  return kEncoded;
+}
+
+/// Records 2.5 s at 30 Hz; the frame at which the power went, kFrames when it stayed.
+std::size_t record(CutStore& store) {
+  const std::vector<EncodedImages>& encoded = encoded_frames();
   DurableRecording recording(store, test::small_camera());
   for (std::size_t i = 0; i < kFrames; ++i) {
     const std::int64_t now_us = static_cast<std::int64_t>(i) * kFrameUs;
@@ -129,6 +138,12 @@ std::size_t readable_frames(const std::filesystem::path& folder) {
   return recording.frame_count();
 }
 
+/// Of a recording under a second old.
+bool holds_a_frame(const std::filesystem::path& folder) {
+  const std::filesystem::path index = folder / "depth.txt";
+  return std::filesystem::exists(index) && !read_index(index).empty();
+}
+
 TEST(DurableRecording, LacksAtMostTheLastSecondWhereverThePowerIsCut) {
   for (int calls = 4;; ++calls) {
     SCOPED_TRACE("cut at call " + std::to_string(calls));
@@ -147,6 +162,56 @@ TEST(DurableRecording, LacksAtMostTheLastSecondWhereverThePowerIsCut) {
     }
     EXPECT_GE(readable_frames(folder / "r") + lost_frames, at);
     if (::testing::Test::HasFailure()) return;
+  }
+}
+
+/// Records 1.3 s into a folder; the frame at which the power went.
+std::size_t record_until_cut(const std::filesystem::path& folder, const test::PowerSwitch& power) {
+  constexpr std::size_t kShort = 40;
+  std::size_t at = 0;
+  try {
+    FolderStore store(folder);
+    DurableRecording recording(store, test::small_camera());
+    for (; at < kShort; ++at) {
+      const std::int64_t now_us = static_cast<std::int64_t>(at) * kFrameUs;
+      const auto& [depth, color] = encoded_frames()[at];
+      recording.add({test::kSmallStart_us + now_us, depth, color, ".png"});
+      recording.flush_if_due(now_us);
+      if (power.cut()) return at;
+    }
+    recording.flush();
+  } catch (const InputError&) {
+    EXPECT_TRUE(power.cut());
+  }
+  return at;
+}
+
+// The same on a real folder, after each call of write, rename, fsync and syncfs that the recorder
+// makes.
+TEST(DurableRecording, IsReadableAfterACutBehindEachOfItsSystemCalls) {
+  using Loss = test::PowerSwitch::Loss;
+  std::map<std::string, int> cuts;
+  for (int calls = 1;; ++calls) {
+    for (const Loss loss : {Loss::Names, Loss::Data, Loss::Nothing}) {
+      // The worst behind each call, what is milder behind some.
+      if (loss != Loss::Names && calls % 4 != 0) continue;
+      const test::TempFolder folder;
+      test::PowerSwitch power(folder / "r", calls);
+      const std::size_t at = record_until_cut(folder / "r", power);
+      if (!power.cut()) {
+        EXPECT_GT(cuts["write"], 80);
+        EXPECT_GT(cuts["rename"], 80) << "two images a frame";
+        EXPECT_GT(cuts["syncfs"], 4);
+        return;
+      }
+      ++cuts[power.last_call()];
+      SCOPED_TRACE("cut after call " + std::to_string(calls) + ", " + power.last_call());
+      power.lose(loss);
+      const auto lost_frames = static_cast<std::size_t>(kLossUs / kFrameUs);
+      if (at <= lost_frames && !holds_a_frame(folder / "r")) continue;
+      EXPECT_GE(readable_frames(folder / "r") + lost_frames, at);
+      if (::testing::Test::HasFailure()) return;
+    }
   }
 }
 

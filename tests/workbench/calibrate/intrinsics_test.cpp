@@ -2,14 +2,21 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <vector>
 
+#include "base/file.h"
 #include "base/input_error.h"
 #include "base/rng.h"
+#include "drivers/replay/camera_file.h"
+#include "drivers/replay/image_file.h"
+#include "tests/support/temp_folder.h"
 #include "workbench/calibrate/chessboard.h"
 #include "workbench/calibrate/zhang.h"
+#include "workbench/commands.h"
 
 namespace grapnel {
 namespace {
@@ -180,6 +187,48 @@ TEST(CameraFit, IsExactWithoutNoise) {
 TEST(CameraFit, NeedsThreeViewsFromSeveralDirections) {
   std::vector<BoardView> boards(2);
   EXPECT_THROW((void)fit_camera(boards, kColumns, kRows, kSquare_m, kWidth, kHeight), InputError);
+}
+
+TEST(CalibrateIntrinsics, WritesTheCameraThatDrewThePictures) {
+  const test::TempFolder folder;
+  const Truth truth;
+  std::vector<std::string> args = {"calibrate", "intrinsics"};
+  std::uint64_t seed = 1;
+  for (const View& view : views()) {
+    const GrayImage image = draw(truth, view, seed++);
+    std::vector<Rgb8> pixels;
+    for (const float value : image.pixels) {
+      const auto gray = static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
+      pixels.push_back({gray, gray, gray});
+    }
+    const std::string file = (folder / ("board" + std::to_string(seed) + ".png")).string();
+    write_file(file, encode_color_png({pixels.data(), kWidth, kHeight}));
+    args.push_back(file);
+  }
+  const std::string camera = (folder / "UNIT7.toml").string();
+  args.insert(args.end(), {"--board", "7x5", "--square", "0.03", "--serial", "UNIT7", "--ir-shift",
+                           "-4,-3", "-o", camera});
+  ASSERT_EQ(run_grapnel(args), 0);
+  const CameraFile file = read_camera_file(camera);
+  EXPECT_EQ(file.serial, "UNIT7");
+  // As of the corners themselves, see above; eight bits of grey are finer than the noise.
+  EXPECT_NEAR(file.fx, truth.fx, 1.5);
+  EXPECT_NEAR(file.fy, truth.fy, 1.5);
+  EXPECT_NEAR(file.cx, truth.cx, 1.0);
+  EXPECT_NEAR(file.cy, truth.cy, 1.0);
+  // Infrared pixel (u - 4, v - 3) is depth pixel (u, v).
+  EXPECT_NEAR(file.intrinsics().cx, truth.cx + 4.0, 1.0);
+  EXPECT_NEAR(file.intrinsics().cy, truth.cy + 3.0, 1.0);
+  // What the numbers are for: a ray through the lens, in the image's corner, to a pixel.
+  const Vec3d edge = ray(truth, 5.0, 5.0);
+  Truth fitted;
+  fitted.fx = file.fx;
+  fitted.fy = file.fy;
+  fitted.cx = file.cx;
+  fitted.cy = file.cy;
+  fitted.k1 = file.distortion[0];
+  fitted.k2 = file.distortion[1];
+  EXPECT_LT((project(fitted, edge) - Eigen::Vector2d(5.0, 5.0)).norm(), 1.0);
 }
 
 }  // namespace
