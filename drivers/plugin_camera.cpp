@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/config_text.h"
-#include "base/input_error.h"
 #include "hal/camera_plugin.h"
 
 namespace grapnel {
@@ -83,6 +82,21 @@ std::string options_of(const ConfigTable& camera) {
   return config_text(options);
 }
 
+/// "camera:2: depht: unknown key" speaks of the copy that options_of() made: the key's place in the
+/// original instead. Other text is about the plug-in as a whole.
+PluginOptionProblem option_problem(const ConfigTable& camera, const std::filesystem::path& file,
+                                   const std::string& text) {
+  const std::size_t colon = text.find(": ");
+  const std::size_t end = colon == std::string::npos ? colon : text.find(": ", colon + 2);
+  const std::string key =
+      end != std::string::npos ? text.substr(colon + 2, end - colon - 2) : std::string();
+  const ConfigReader reader(camera);
+  if (!key.empty() && reader.has(key)) {
+    return PluginOptionProblem(reader.problem(key, text.substr(end + 2)).what());
+  }
+  return PluginOptionProblem(reader.problem("driver", file.string() + ": " + text).what());
+}
+
 }  // namespace
 
 std::string plugin_driver(const std::filesystem::path& file) {
@@ -115,7 +129,7 @@ std::unique_ptr<Camera> load_plugin_camera(const std::filesystem::path& file,
       plugin.create(options_of(camera).c_str(), &clock, problem.data(), problem.size());
   if (made == nullptr) {
     problem.back() = '\0';
-    throw InputError(file.string() + ": " + problem.data());
+    throw option_problem(camera, file, problem.data());
   }
   return std::make_unique<PluginCamera>(std::move(library), plugin, made);
 }

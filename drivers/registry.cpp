@@ -76,6 +76,8 @@ std::unique_ptr<Camera> make_plain_camera(const ConfigTable& camera, const Clock
     if (!std::filesystem::exists(folder / file)) continue;
     try {
       return load_plugin_camera(folder / file, name, camera, clock);
+    } catch (const PluginOptionProblem&) {
+      throw;
     } catch (const InputError& error) {
       throw reader.problem("driver", error.what());
     }

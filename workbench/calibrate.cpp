@@ -51,8 +51,10 @@ void report(const DepthRun& run, const CameraFile& camera, const std::vector<Wal
               << " m; off its plane by " << 1e3 * wall.rms_before_m << " mm rms, corrected "
               << 1e3 * wall.rms_after_m << " mm\n";
   }
-  std::cout << run.output << " is for serial \"" << camera.serial
-            << "\": name it in [camera] calibration\n";
+  std::cout << run.output << " is for "
+            << (camera.serial.empty() ? "any unit, since the recordings name no serial"
+                                      : "serial \"" + camera.serial + "\"")
+            << ": name it in [camera] calibration\n";
 }
 
 int run_depth(std::span<const std::string> args) {
@@ -202,6 +204,7 @@ int run_calibrate(std::span<const std::string> args) {
               << "; grapnel calibrate KIND --help says more\n";
     return 0;
   }
+  if (kind.empty()) throw InputError(std::string("KIND is missing; ") + kKinds + " is needed");
   throw InputError("\"" + kind + "\" can't be calibrated; " + kKinds + " can");
 }
 

@@ -50,7 +50,10 @@ ConfigTable camera_table(const RecordRun& run) {
   if (!run.driver.empty()) words.insert(words.begin(), run.driver);
   if (words.empty()) throw InputError("CAMERA: the name of a driver or a grapnel.toml is missing");
   const bool file = words.front().ends_with(".toml");
-  ConfigTable root = file ? load_config(words.front()) : parse_config("", "command line");
+  ConfigTable root = file ? load_config(words.front()) : ConfigTable();
+  if (!file) {
+    root.set("camera", {std::vector<ConfigTable>{ConfigTable("command line", "camera", 0)}, 0});
+  }
   if (!file) apply_override(root, "camera.driver=" + words.front());
   for (std::size_t i = 1; i < words.size(); ++i) apply_override(root, "camera." + words[i]);
   ConfigReader reader(root);
@@ -113,9 +116,9 @@ int record(const RecordRun& run) {
   options.jpeg_quality = static_cast<int>(run.quality);
   options.max_frames = static_cast<std::uint64_t>(run.frames);
   options.time_offset_us = wall_clock_offset_us(clock);
-  FolderStore store(run.folder);
   const Result<CameraInfo> info = camera->open();
   if (!info) throw InputError(camera->problem());
+  FolderStore store(run.folder);
   options.serial = info.value().serial;
   const Intrinsics& size = info.value().intrinsics;
   const bool color = info.value().has_color && options.color != RecordColor::None;

@@ -90,6 +90,11 @@ int run_simulate(std::span<const std::string> args) {
   if (part.empty() == scene_files.empty() || scene_files.size() > 1) {
     throw InputError("simulate: one SCENE.toml or --set-of PART is allowed");
   }
+  if (!part.empty() && (!overrides.empty() || frames)) {
+    throw InputError((frames ? "--frames " + *frames : "--set " + overrides.front()) +
+                     ": is of a SCENE.toml; a set's scenes are its own, and --set-of takes "
+                     "--split, --instances, --positives, --either, --negatives and --seed");
+  }
   if (!part.empty()) {
     set.part = static_cast<PartClass>(choice("--set-of", part, kPartClassNames));
     set.split = static_cast<Split>(choice("--split", split, kSplitNames));

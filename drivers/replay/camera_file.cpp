@@ -109,7 +109,6 @@ std::string camera_file_text(const CameraFile& camera) {
   const CameraFile plain;
   std::string text;
   for (const Field& field : CameraFile::fields()) {
-    // A sensor without corrections has a file that any reader of recordings knows.
     const bool corrects = field.name.starts_with("grid_") || field.name == "ir_shift_px" ||
                           field.name == "disparity_law";
     if (corrects && field_value_text(field, &camera) == field_value_text(field, &plain)) continue;

@@ -58,7 +58,8 @@ struct CameraFile {
 /// Makes every count that means "no reading" 0.
 void erase_invalid(const CameraFile& camera, std::span<std::uint16_t> depth) noexcept;
 
-/// The file's text, every key with its unit and meaning as a comment.
+/// The file's text: a line a key with its meaning and unit as a comment. Keys that correct depth
+/// are left out where they say nothing, so that any reader of recordings knows the others.
 [[nodiscard]] std::string camera_file_text(const CameraFile& camera);
 
 }  // namespace grapnel

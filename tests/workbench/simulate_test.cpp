@@ -100,6 +100,20 @@ class Simulate : public testing::Test {
   fs::path scene_file_;
 };
 
+TEST_F(Simulate, RefusesASetThatIsToldOfAScenesKeys) {
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--set", "belt.length_m=1"},
+                                               std::vector<std::string>{"--frames", "3"}}) {
+    std::vector<std::string> args = {"simulate", "--set-of", "sack", "-o",
+                                     (folder_ / "set").string()};
+    args.insert(args.end(), more.begin(), more.end());
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_grapnel(args), 2);
+    EXPECT_NE(testing::internal::GetCapturedStderr().find(more[0] + " " + more[1] + ": "),
+              std::string::npos);
+    EXPECT_FALSE(fs::exists(folder_ / "set"));
+  }
+}
+
 TEST_F(Simulate, WritesTheSameBytesForTheSameSeedAndOthersForAnother) {
   ASSERT_EQ(run({}, "a"), 0);
   ASSERT_EQ(run({}, "b"), 0);
