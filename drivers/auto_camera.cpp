@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/input_error.h"
 #include "drivers/plugin_camera.h"
@@ -26,10 +28,18 @@ class AutoCamera final : public Camera {
   Result<CameraInfo> open() override {
     if (Camera* const chosen = chosen_.load(); chosen != nullptr) return chosen->open();
     Result<CameraInfo> answer = Error{Code::SensorNotConnected, Stage::Capture, 0};
-    std::string looked = "no camera is connected that a driver here can open; looked with:";
+    std::string looked = serial_.empty()
+                             ? "no camera is connected that a driver here can open; looked with:"
+                             : "serial " + serial_ + " is wanted and not connected; looked with:";
     for (const Candidate& candidate : candidates_) {
       looked.append(" ").append(plugin_driver(candidate.file));
-      if (!sees_device(candidate.file)) continue;
+      const std::vector<std::string> devices = plugin_devices(candidate.file);
+      if (std::none_of(devices.begin(), devices.end(),
+                       [this](const std::string& line) { return is_wanted(line); })) {
+        if (!devices.empty()) answer = Error{Code::WrongSerial, Stage::Capture, 0};
+        for (const std::string& device : devices) looked.append(" (sees ").append(device) += ')';
+        continue;
+      }
       answer = candidate.camera->open();
       if (answer) {
         chosen_.store(candidate.camera.get());
@@ -63,12 +73,9 @@ class AutoCamera final : public Camera {
   }
 
  private:
-  [[nodiscard]] bool sees_device(const std::filesystem::path& file) const {
-    const std::vector<std::string> devices = plugin_devices(file);
-    if (serial_.empty()) return !devices.empty();
-    return std::any_of(devices.begin(), devices.end(), [this](const std::string& line) {
-      return line == serial_ || line.starts_with(serial_ + " ");
-    });
+  /// `device` is a line of plugin_devices(): serial and model.
+  [[nodiscard]] bool is_wanted(const std::string& device) const {
+    return serial_.empty() || device == serial_ || device.starts_with(serial_ + " ");
   }
 
   std::vector<Candidate> candidates_;

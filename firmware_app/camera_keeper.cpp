@@ -35,6 +35,8 @@ void CameraKeeper::stop() {
 Code CameraKeeper::code() const noexcept {
   if (too_large_.load(std::memory_order_relaxed)) return Code::CapacityExceeded;
   if (opening_.load(std::memory_order_acquire)) return Code::SensorOpening;
+  const Code refused = refused_.load(std::memory_order_relaxed);
+  if (refused != Code::SensorHealthy) return refused;
   const CameraStatus status = camera_->status();
   if (status.state == CameraState::Streaming) return status.code;
   return status.code == Code::SensorHealthy ? Code::NoFrameInTime : status.code;
@@ -58,6 +60,7 @@ void CameraKeeper::on_capture_thread() noexcept {
 
 bool CameraKeeper::open_and_start() {
   const Result<CameraInfo> info = camera_->open();
+  refused_.store(info ? Code::SensorHealthy : info.error().code, std::memory_order_relaxed);
   if (!info) {
     const std::string problem = camera_->problem();
     if (problem != told_) parts_.journal->write(LogLevel::Warning, "camera: " + problem);

@@ -64,6 +64,7 @@ class CameraKeeper {
   std::atomic<bool> stop_{false};
   std::atomic<bool> opening_{true};
   std::atomic<bool> too_large_{false};
+  std::atomic<Code> refused_{Code::SensorHealthy};  // why the last opening failed
   std::atomic<bool> live_{true};
   std::atomic<std::uint32_t> serial_hash_{0};
   std::atomic<bool> scheduling_refused_{false};

@@ -33,7 +33,8 @@ Diagnosis check_sensor(const Settings& settings) {
     camera->close();
     return {"sensor", Finding::Well, found, ""};
   } catch (const InputError& problem) {
-    return {"sensor", Finding::Bad, problem.what(), cure};
+    return {"sensor", Finding::Bad, problem.what(),
+            "correct [camera]; grapneld --list-cameras shows the drivers and what each sees"};
   }
 }
 

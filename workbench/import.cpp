@@ -35,6 +35,10 @@ void report(const Source& source, const CameraFile& camera, const RecordingWrite
             << " frames, " << writer.color_images() << " colour images, " << source.poses.size()
             << " poses; " << source.left_out << " left out; intrinsics from "
             << source.camera_origin << "\n";
+  if (source.unregistered_color && writer.color_images() == 0) {
+    std::cout << "its colour is not that of the depth's pixels and is left out; "
+                 "--unregistered-color takes it as it is\n";
+  }
 }
 
 void report_oni(const OniImport& done, const std::string& folder, bool json) {

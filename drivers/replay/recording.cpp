@@ -39,7 +39,11 @@ std::vector<IndexRow> list_images(const std::filesystem::path& folder, const cha
 Recording Recording::open(const std::filesystem::path& folder) {
   Recording recording;
   if (!std::filesystem::is_directory(folder)) {
-    throw InputError(folder.string() + ": is not a recording; a folder with camera.toml is");
+    const bool oni = folder.extension() == ".oni" && std::filesystem::exists(folder);
+    throw InputError(folder.string() +
+                     (oni ? ": an .oni file is played by driver \"openni2\", key recording, or "
+                            "brought in by grapnel import"
+                          : ": is not a recording; a folder with camera.toml is"));
   }
   if (!std::filesystem::exists(folder / "camera.toml")) {
     throw InputError(folder.string() +

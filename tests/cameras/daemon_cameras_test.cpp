@@ -72,7 +72,7 @@ class KinectRig final : public Rig {
   void silence(bool on) override { kinect_->silent = on ? 1 : 0; }
   void lose(int count) override { kinect_->lose_next = count; }
   void change_serial(const std::string& serial) override {
-    serial.copy(kinect_->serial, FakeKinect::kSerialBytes - 1);
+    kinect_->serial[serial.copy(kinect_->serial, FakeKinect::kSerialBytes - 1)] = '\0';
   }
   void hang(bool on) override { kinect_->hang_events = on ? 1 : 0; }
   void accelerate(std::int16_t x, std::int16_t y, std::int16_t z) {
@@ -102,7 +102,7 @@ class OpenNiRig final : public Rig {
   void silence(bool on) override { sensor_->silent = on ? 1 : 0; }
   void lose(int count) override { sensor_->skip_frames = count; }
   void change_serial(const std::string& serial) override {
-    serial.copy(sensor_->serial, FakeSensor::kSerialBytes - 1);
+    sensor_->serial[serial.copy(sensor_->serial, FakeSensor::kSerialBytes - 1)] = '\0';
   }
   void hang(bool on) override { sensor_->hang_stop = on ? 1 : 0; }
 
@@ -240,6 +240,17 @@ TEST_P(DaemonCameras, AreWaitedForWhenTheyAreNotThereAtTheStart) {
   run("auto");
   EXPECT_FALSE(ready());
   EXPECT_TRUE(daemon_->says("no camera is connected"));
+  rig_->plug(true);
+  EXPECT_TRUE(eventually([&] { return ready(); }, 8000));
+}
+
+TEST_P(DaemonCameras, OfAnotherSerialThanTheOneWantedAreNamed) {
+  run("auto", "serial = \"Z\"\n");
+  EXPECT_TRUE(comes_to(Code::WrongSerial, 5000));
+  EXPECT_TRUE(daemon_->says("serial Z is wanted and not connected"));
+  EXPECT_FALSE(ready());
+  rig_->plug(false);
+  rig_->change_serial("Z");
   rig_->plug(true);
   EXPECT_TRUE(eventually([&] { return ready(); }, 8000));
 }

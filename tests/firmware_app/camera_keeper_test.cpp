@@ -17,6 +17,7 @@ constexpr std::int64_t kPatienceUs = 10'000'000;
 
 struct Plug {
   std::atomic<bool> slow{true};
+  std::atomic<bool> foreign{false};
   std::atomic<int> openings{0};
 };
 
@@ -27,6 +28,7 @@ class SlowCamera final : public Camera {
   Result<CameraInfo> open() override {
     ++plug_.openings;
     while (plug_.slow.load()) clock_.sleep_until_us(clock_.now_us() + 1000);
+    if (plug_.foreign.load()) return Error{Code::WrongSerial, Stage::Capture, 0};
     CameraInfo info;
     info.serial = "UNIT7";
     info.intrinsics = {32, 24, 30.0, 30.0, 15.5, 11.5};
@@ -72,7 +74,11 @@ TEST(CameraKeeper, SaysThatItOpensUntilTheFirstOpeningHasEndedAndWhoseCameraItIs
     ASSERT_TRUE(keeper.start());
     ASSERT_TRUE(eventually([&] { return plug.openings.load() == 1; }));
     EXPECT_EQ(keeper.code(), Code::SensorOpening);
+    plug.foreign = true;
     plug.slow = false;
+    EXPECT_TRUE(eventually([&] { return keeper.code() == Code::WrongSerial; }))
+        << "why it does not open, though it is only closed";
+    plug.foreign = false;
     EXPECT_TRUE(eventually([&] { return keeper.code() == Code::SensorHealthy; }));
     EXPECT_EQ(keeper.serial(), "UNIT7");
     EXPECT_TRUE(foreign.load()) << "the calibration is of UNIT8";

@@ -113,9 +113,7 @@ class Calibration : public testing::Test {
     EXPECT_GT(count, depth.size() * recording.frame_count() / 2);
     return std::sqrt(square / static_cast<double>(count));
   }
-  /// Where a daemon on that recording sees the belt that is 1.1 m away, metres.
-  [[nodiscard]] double belt_residual_m(const std::string& recording,
-                                       const std::string& camera_keys) const {
+  void configure(const std::string& recording, const std::string& camera_keys) const {
     site_.write("grapnel.toml",
                 "active_preset = 10\nauto_arm = true\n[camera]\ndriver = \"replay\"\nloop = true\n"
                 "path = \"" +
@@ -123,6 +121,11 @@ class Calibration : public testing::Test {
                     "[capture]\nmax_width = 320\nmax_height = 240\ncolor = false\n"
                     "[belt]\nplane = [0.0, 0.0, -1.0, 1.1]\n[fieldbus]\nport = 0\n"
                     "[memory]\nbudget_mb = 128\n");
+  }
+  /// Where a daemon on that recording sees the belt that is 1.1 m away, metres.
+  [[nodiscard]] double belt_residual_m(const std::string& recording,
+                                       const std::string& camera_keys) const {
+    configure(recording, camera_keys);
     test::DaemonProcess daemon(site_);
     EXPECT_TRUE(daemon.wait_ready());
     test::Plc plc(daemon.port());
@@ -162,6 +165,21 @@ TEST_F(Calibration, KeyedBySerialIsUsedByTheDaemon) {
   EXPECT_LT(std::abs(belt_residual_m("belt", "calibration = \"cameras\"\n")), 0.0035);
   fs::rename(path("cameras/UNIT7.toml"), path("cameras/UNIT8.toml"));
   EXPECT_GT(belt_residual_m("belt", "calibration = \"cameras\"\n"), 0.02) << "another unit's";
+}
+
+TEST_F(Calibration, OfAnotherUnitIsRefusedByTheDaemonWith2005) {
+  record_wall("belt", 1.1, 0.0);
+  std::string camera = site_.read("belt/camera.toml");
+  const std::size_t serial = camera.find("UNIT7");
+  ASSERT_NE(serial, std::string::npos);
+  camera.replace(serial, 5, "UNIT8");
+  site_.write("other.toml", camera);
+  configure("belt", "calibration = \"other.toml\"\n");
+  test::DaemonProcess daemon(site_);
+  ASSERT_TRUE(daemon.wait_ready());
+  test::Plc plc(daemon.port());
+  EXPECT_TRUE(test::eventually([&] { return plc.status().status_code == Code::WrongSerial; }));
+  EXPECT_TRUE(daemon.says("\"UNIT8\" is not allowed; the camera is \"UNIT7\""));
 }
 
 }  // namespace
