@@ -160,6 +160,11 @@ Status FrameJob::find_objects(const DepthFrame&) noexcept {
   s_.groups.find(s_.work, s_.components,
                  {diameter_m, general.min_visible_ratio * least_m2, limit_m2});
   most_area_m2_ = most_m2;
+  things_ = 0;
+  for (std::size_t i = 0; i < s_.components.size(); ++i) {
+    const bool thing = s_.components[i].area_m2 >= general.min_visible_ratio * least_m2;
+    things_ |= (thing ? 1U : 0U) << i;
+  }
   if (!s_.groups.groups().empty() || !s_.groups.oversized().empty()) return {};
   return Error{Code::RoiEmpty, Stage::Segment, static_cast<std::int32_t>(s_.background.foreground)};
 }
@@ -208,6 +213,8 @@ void FrameJob::view_component(const Component& component, std::uint8_t label) no
   view_.metres_per_unit = static_cast<float>(s_.work.metres_per_unit);
   view_.label = s_.work.label;
   view_.object = label;
+  view_.things = things_;
+  if (s_.background.plane_count > 0) view_.belt = &s_.background.planes[0];
   view_.noise.sigma_per_m2 = static_cast<float>(s_.stages.params.general.sigma_1m_m);
   view_.working = &s_.object.surface;
   const double pixels_per_m = view_.intrinsics.fx / component.mean_depth_m;
@@ -310,6 +317,9 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     report.converged = best.refined.converged;
     findings.evidence = best.evidence;
     findings.margin = s_.search.margin(model);
+    if (s_.stages.params.verdict.max_left_over > 0.0) {
+      findings.left_over_m2 = s_.search.left_over_m2(model, measured());
+    }
     const auto z_m = static_cast<float>((pose * model.centre).z());
     const double sigma_m = static_cast<double>(view_.noise.sigma_m(z_m));
     findings.tolerance_m = std::max(3.0 * sigma_m, floor_m);

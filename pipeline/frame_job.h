@@ -46,6 +46,7 @@ class FrameJob {
   SizeEstimate size_;
   double smallest_diameter_m_ = 0.0;
   double most_area_m2_ = 0.0;           ///< largest view of a model, projected
+  std::uint32_t things_ = 0;            ///< bit i: component i is large enough to be a part
   const ObjectGroup* group_ = nullptr;  ///< what is looked at
   std::size_t accepted_ = 0;
 };

@@ -21,6 +21,8 @@ constexpr double kCoarsePerSparse = 1.25;
 // Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller things.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfSize = 0.01;
+// With fewer proposals nobody has looked for a rival of the pose they led to.
+constexpr std::size_t kFewestProposals = 4;
 
 std::uint64_t hash_of(const Surface& surface, std::uint64_t seed) noexcept {
   for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
@@ -316,7 +318,8 @@ double PairJob::margin() const noexcept {
     }
     return 1.0 - std::max(0.0, p_.candidates[i].worth) / p_.candidates[0].worth;
   }
-  return 1.0;
+  const bool looked_for = context_.has_initial || p_.proposed.size() >= kFewestProposals;
+  return looked_for ? 1.0 : 0.0;
 }
 
 void PairJob::judge(const Surface& source, const Surface& target,

@@ -77,6 +77,13 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
      2, ""},
     {"grasp_flat_m", Code::NoSurfaceGrasp,
      "for a surface grasp, deviation of the flattest footprint", Bound::AtMost, 1e3, 1, " mm"},
+    {"stray_m2", Code::UnexplainedForeground,
+     "largest piece along the part's edges at a depth the part does not have there", Bound::AtMost,
+     1e4, 1, " cm2"},
+    {"left_over_m2", Code::UnexplainedForeground,
+     "largest piece of the measured object beside the part", Bound::AtMost, 1e4, 1, " cm2"},
+    {"sunk_m", Code::ImplausibleOnBelt, "depth by which the part would reach into what it lies on",
+     Bound::AtMost, 1e3, 1, " mm"},
 }};
 
 const Wording& wording_of(Check check) noexcept {

@@ -40,6 +40,9 @@ enum class Check : std::uint8_t {
   GraspHeight,
   GraspPatch,
   GraspFlat,
+  Stray,
+  LeftOver,
+  Sunk,
   kCount
 };
 

@@ -25,6 +25,9 @@ constexpr double kAlternative = 0.4;
 constexpr double kRival = 0.6;
 // …and may take its place when they are as good as equal.
 constexpr double kEqual = 0.9;
+// What is cut off from an object by a step in depth and still is of it lies this near, in
+// diameters.
+constexpr double kAttached = 0.05;
 
 PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
                  double tolerance_m) noexcept {
@@ -312,6 +315,15 @@ double ObjectSearch::margin(const ModelIndex& model) const noexcept {
     least = std::min(least, std::max(1.0 - ratio, candidates_[i].told_apart));
   }
   return least;
+}
+
+double ObjectSearch::left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept {
+  if (candidates_.empty()) return 0.0;
+  const Pose& pose = candidates_[0].refined.target_from_source;
+  render_.render(model.fine, pose, *object.view);
+  const LeftOver left_over(model.table, disc_radius_m(model.fine), pose, render_, *object.view,
+                           static_cast<float>(kAttached * model.diameter_m));
+  return verification_.left_over_m2(left_over, render_, *object.view);
 }
 
 }  // namespace grapnel

@@ -80,6 +80,8 @@ class ObjectSearch {
   /// From the best candidate to the nearest distinct one, 0…1: 1 - S2/S1, or how surely the
   /// surface where the two differ tells them apart, whichever is more; 1 when there is no other.
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
+  /// Largest piece that the best candidate leaves over, squared metres; see LeftOver.
+  [[nodiscard]] double left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept;
 
  private:
   /// The object as a coarser view shows it, if it is large enough for that.

@@ -29,6 +29,7 @@ constexpr std::array kCommands = {
     Command{"match", run_match, "pair descriptors that are near"},
     Command{"reject", run_reject, "remove pairs that belong to no common motion"},
     Command{"evaluate", run_evaluate, "run presets over a suite of cases with known truth"},
+    Command{"merge", run_merge, "put the results of several runs of evaluate together"},
     Command{"qualify", run_qualify, "set the limits of acceptance from labelled results"},
     Command{"teach", run_teach, "fuse frames into a model, their poses given or found"},
     Command{"calibrate", run_calibrate, "measure a sensor's errors and write its camera.toml"},

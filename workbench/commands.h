@@ -29,6 +29,7 @@ int run_filter(std::span<const std::string> args);
 int run_import(std::span<const std::string> args);
 int run_keypoints(std::span<const std::string> args);
 int run_match(std::span<const std::string> args);
+int run_merge(std::span<const std::string> args);
 int run_normals(std::span<const std::string> args);
 int run_plc(std::span<const std::string> args);
 int run_record(std::span<const std::string> args);

@@ -104,15 +104,6 @@ void write_pictures(const fs::path& folder, const std::vector<CaseResult>& resul
   }
 }
 
-void print_summary(const nlohmann::ordered_json& summary) {
-  for (const auto& [name, p] : summary["presets"].items()) {
-    std::cout << name << ": " << p["cases"] << " cases, accepted right " << p["accepted_right"]
-              << ", false accepts " << p["accepted_wrong"] << ", rejected right "
-              << p["rejected_right"] << ", missed " << p["rejected_wrong"] << ", errors "
-              << p["errors"] << ", right before the verdict " << p["raw_right"] << "\n";
-  }
-}
-
 }  // namespace
 
 int run_evaluate(std::span<const std::string> args) {

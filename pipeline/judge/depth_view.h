@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 
 #include "base/arena.h"
 #include "base/geometry.h"
 #include "base/image.h"
+#include "pipeline/preprocess/plane_search.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {
@@ -44,6 +46,9 @@ struct DepthView {
   float metres_per_unit = 0.001F;
   ImageView<const std::uint8_t> label;  ///< 0 = background; empty = all are foreground
   std::uint8_t object = 0;              ///< label under test; 0 = any foreground
+  const DepthPlane* belt = nullptr;     ///< its normal and offset, where one is known
+  /// Bit i: label i + 1 is large enough to be a thing of its own; others are fragments.
+  std::uint32_t things = 0xffffffffU;
   DepthNoise noise;
   PixelBox box;                      ///< tests look no further than this
   int stride = 1;                    ///< sensor pixels a pixel of this view
@@ -59,6 +64,19 @@ struct DepthView {
   [[nodiscard]] bool of_object(int u, int v) const noexcept {
     if (depth.at(u, v) == 0 || background(u, v)) return false;
     return object == 0 || label.empty() || label.at(u, v) == object;
+  }
+  /// The reading lies on the belt within `tolerance_m`.
+  [[nodiscard]] bool on_belt(int u, int v, float tolerance_m) const noexcept {
+    if (belt == nullptr || depth.at(u, v) == 0) return false;
+    const Vec3d ray((u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy, 1.0);
+    const double height_m = static_cast<double>(z_m(u, v)) * belt->normal.dot(ray) + belt->offset_m;
+    return std::fabs(height_m) <= static_cast<double>(tolerance_m);
+  }
+  /// The pixel is foreground that is neither of the object nor of another thing.
+  [[nodiscard]] bool of_fragment(int u, int v) const noexcept {
+    if (depth.at(u, v) == 0 || label.empty() || background(u, v) || of_object(u, v)) return false;
+    const unsigned bit = label.at(u, v) - 1U;
+    return bit >= 32U || (things >> bit & 1U) == 0;
   }
   /// Point of the working surface at a pixel, -1 = none.
   [[nodiscard]] std::int32_t working_point(int u, int v) const noexcept;

@@ -55,7 +55,7 @@ struct OverlapParams {
   double min_area_ratio = 0.03;
   double max_seen_through = 0.10;
   double max_rmse_ratio = 0.75;
-  double min_margin = 0.25;
+  double min_margin = 0.50;
   double max_sigma_ratio = 0.02;
   double max_sigma_rad = 0.02;
 };

@@ -11,6 +11,10 @@ namespace {
 
 // Of an outline known to a smaller share than this nothing follows.
 constexpr double kTestable = 0.2;
+// With the belt around this much of its outline a part has the belt below it: it can't reach into
+// it by more than its pose and the plane are uncertain, in diameters.
+constexpr double kBeltAround = 0.5;
+constexpr double kMostSunk = 0.03;
 
 }  // namespace
 
@@ -36,6 +40,8 @@ FieldTable verdict_fields() noexcept {
                                         "object's surface the model leaves over"),
       number_field<&P::min_explained>("min_explained", "", 0.0, 1.0,
                                       "share of the whole measured object that is explained"),
+      number_field<&P::max_left_over>("max_left_over", "squared diameters", 0.0, 10.0,
+                                      "largest piece of the object beside the model; 0 = off"),
       number_field<&P::min_edge>("min_edge", "", 0.0, 1.0,
                                  "share of the known outline that meets a depth edge"),
       number_field<&P::min_edge_known>("min_edge_known", "", 0.0, 1.0,
@@ -91,11 +97,15 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   if (evidence.hole_area_m2 > max_hole_m2 && evidence.seen_through <= params.max_seen_through) {
     checks.at_most(Check::Hole, evidence.hole_area_m2, max_hole_m2);
   }
+  checks.at_most(Check::Stray, evidence.stray_area_m2, max_hole_m2);
   checks.at_most(Check::Deviation, evidence.rmse_m, params.max_rmse_ratio * findings.tolerance_m);
   checks.at_most(Check::Unknown, evidence.unknown, params.max_unknown);
   checks.at_most(Check::Outside, findings.outside, params.max_outside);
   checks.at_most(Check::Unexplained, evidence.unexplained, params.max_unexplained);
   checks.at_least(Check::Explained, evidence.explained, params.min_explained, 1.0);
+  if (params.max_left_over > 0.0) {
+    checks.at_most(Check::LeftOver, findings.left_over_m2, params.max_left_over * square_m2);
+  }
   checks.at_least(Check::OutlineKnown, evidence.edge_known, params.min_edge_known, 1.0);
   if (evidence.edge_known > kTestable) {
     checks.at_least(Check::Outline, evidence.edge, params.min_edge, 1.0);
@@ -117,6 +127,9 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
     checks.at_most(Check::BeltDistance, std::fabs(findings.resting.lowest_m),
                    params.max_belt_distance_m);
     checks.at_least(Check::Support, findings.resting.support_m, 0.0, 0.05 * findings.diameter_m);
+  } else if (findings.has_belt && evidence.beside_belt >= kBeltAround) {
+    checks.at_most(Check::Sunk, std::max(0.0, -findings.resting.lowest_m),
+                   kMostSunk * findings.diameter_m);
   }
   checks.conclude();
 }

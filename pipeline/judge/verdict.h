@@ -19,6 +19,7 @@ struct VerdictParams {
   double max_outside = 0.3;  ///< of the visible model, beyond the image's ends
   double max_unexplained = 0.15;
   double min_explained = 0.0;  ///< of the whole measured object
+  double max_left_over = 0.0;  ///< squared diameters: largest piece of it beside the model; 0 = off
   double min_edge = 0.60;
   double min_edge_known = 0.0;
   double min_second_face = 0.10;  ///< a match with less off its main direction is flat
@@ -41,8 +42,9 @@ struct Findings {
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
   double diameter_m = 0.0;
-  double tolerance_m = 0.0;  ///< of a match, at the object's distance
-  double outside = 0.0;      ///< share of the visible model beyond the image's ends
+  double tolerance_m = 0.0;   ///< of a match, at the object's distance
+  double outside = 0.0;       ///< share of the visible model beyond the image's ends
+  double left_over_m2 = 0.0;  ///< largest piece that the pose leaves over
   bool has_belt = false;
   Resting resting;  ///< on the belt
 };

@@ -20,6 +20,11 @@ constexpr float kSureStep = 1.5F;
 // Beside the outline the object must have ended at this distance.
 constexpr int kBeside_px = 6;
 
+// A piece along an edge is at least this wide: mixed pixels make narrower ones.
+constexpr int kPieceWidth_px = 4;
+// Neighbouring predictions nearer to each other than this many tolerances are one steep surface.
+constexpr float kSteep = 4.0F;
+
 // A model of which less is in sight has not been looked at.
 constexpr std::uint32_t kFewestPixels = 20;
 constexpr double kOutOfSight = -3.0;
@@ -55,7 +60,7 @@ std::uint32_t object_pixels(const DepthView& view) noexcept {
 }  // namespace
 
 struct Verification::Sums {
-  std::array<std::uint32_t, 7> count{};
+  std::array<std::uint32_t, 10> count{};
   double area_m2 = 0.0;
   double square_m2 = 0.0;
   Mat3d normals = Mat3d::Zero();
@@ -75,6 +80,76 @@ void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max
   confirmed_ = arena.take<std::uint8_t>(max_model_points);
 }
 
+bool Verification::at_rim(const ModelRender& render, const DepthView& view, int u, int v, int rim,
+                          float limit_m) const noexcept {
+  const float predicted = render.z_m(u, v);
+  for (const auto& [du, dv] : {std::array{rim, 0}, std::array{0, rim}}) {
+    if (!view.box.contains(u + du, v + dv) || !view.box.contains(u - du, v - dv)) return true;
+    const float after = render.z_m(u + du, v + dv);
+    const float before = render.z_m(u - du, v - dv);
+    // A slope has no second difference, a step has.
+    if (!(after > 0.0F && before > 0.0F)) return true;
+    if (std::fabs(after + before - 2.0F * predicted) > limit_m) return true;
+  }
+  return false;
+}
+
+bool Verification::explained_at_rim(const ModelRender& render, const DepthView& view, int u, int v,
+                                    int rim, float limit_m) const noexcept {
+  const float measured = view.z_m(u, v);
+  if (!(measured > 0.0F) || std::fabs(measured - render.z_m(u, v)) <= limit_m) return true;
+  const bool of_object = view.of_object(u, v);
+  // Something else in front.
+  if (!of_object && measured < render.z_m(u, v)) return true;
+  const auto predicted = [&](int pu, int pv) {
+    return view.box.contains(pu, pv) ? render.z_m(pu, pv) : 0.0F;
+  };
+  for (int dv = -rim; dv <= rim; ++dv) {
+    for (int du = -rim; du <= rim; ++du) {
+      const float here = predicted(u + du, v + dv);
+      if (!(here > 0.0F)) {
+        if (!of_object) return true;
+        continue;
+      }
+      if (std::fabs(measured - here) <= limit_m) return true;
+      for (const float next : {predicted(u + du + 1, v + dv), predicted(u + du, v + dv + 1)}) {
+        const bool steep = next > 0.0F && std::fabs(next - here) <= kSteep * limit_m;
+        if (steep && measured > std::min(here, next) && measured < std::max(here, next)) {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+double Verification::broad_piece_m2(Kind of, const PixelBox& box, const ModelRender& render,
+                                    const DepthView& view) noexcept {
+  const int width = std::max(2, in_view(view, kPieceWidth_px));
+  for (int v = box.v0; v + width <= box.v1; ++v) {
+    for (int u = box.u0; u + width <= box.u1; ++u) {
+      bool whole = kind_[render.index(u, v)] == of;
+      for (int dv = 0; whole && dv < width; ++dv) {
+        for (int du = 0; whole && du < width; ++du) {
+          whole = kind_[render.index(u + du, v + dv)] == of;
+        }
+      }
+      if (whole) kind_[render.index(u, v)] = Kind::Piece;
+    }
+  }
+  return largest_piece_m2(Kind::Piece, of, box, render, view);
+}
+
+double Verification::left_over_m2(const LeftOver& left_over, const ModelRender& render,
+                                  const DepthView& view) noexcept {
+  for (int v = view.box.v0; v < view.box.v1; ++v) {
+    for (int u = view.box.u0; u < view.box.u1; ++u) {
+      kind_[render.index(u, v)] = left_over(u, v) ? Kind::LeftOver : Kind::Outside;
+    }
+  }
+  return broad_piece_m2(Kind::LeftOver, view.box, render, view);
+}
+
 Verification::Kind Verification::classify(const Surface& model, const ModelRender& render,
                                           const DepthView& view, int u, int v, double floor_m,
                                           Sums& sums) noexcept {
@@ -84,13 +159,8 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
   const auto disc_px =
       static_cast<int>(disc_radius_m(model) * static_cast<float>(view.intrinsics.fx) / predicted);
   const int rim = std::max(in_view(view, kRim_px), disc_px + 1);
-  for (const auto& [du, dv] : {std::array{rim, 0}, std::array{0, rim}}) {
-    if (!view.box.contains(u + du, v + dv) || !view.box.contains(u - du, v - dv)) return Kind::Rim;
-    const float after = render.z_m(u + du, v + dv);
-    const float before = render.z_m(u - du, v - dv);
-    // A slope has no second difference, a step has.
-    if (!(after > 0.0F && before > 0.0F)) return Kind::Rim;
-    if (std::fabs(after + before - 2.0F * predicted) > limit) return Kind::Rim;
+  if (at_rim(render, view, u, v, rim, limit)) {
+    return explained_at_rim(render, view, u, v, rim, limit) ? Kind::Rim : Kind::Stray;
   }
   const float measured = view.z_m(u, v);
   if (!(measured > 0.0F)) return Kind::Unknown;
@@ -129,12 +199,12 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
   return Kind::Matched;
 }
 
-double Verification::largest_hole(const ModelRender& render, const DepthView& view) noexcept {
+double Verification::largest_piece_m2(Kind seed, Kind of, const PixelBox& box,
+                                      const ModelRender& render, const DepthView& view) noexcept {
   double largest_m2 = 0.0;
-  const PixelBox& box = render.marked();
   for (int v = box.v0; v < box.v1; ++v) {
     for (int u = box.u0; u < box.u1; ++u) {
-      if (kind_[render.index(u, v)] != Kind::SeenThrough) continue;
+      if (kind_[render.index(u, v)] != seed) continue;
       double area_m2 = 0.0;
       std::size_t top = 0;
       stack_[top++] = v * 65536 + u;
@@ -143,13 +213,14 @@ double Verification::largest_hole(const ModelRender& render, const DepthView& vi
         const std::int32_t pixel = stack_[--top];
         const int pu = pixel % 65536;
         const int pv = pixel / 65536;
-        const auto z = static_cast<double>(render.z_m(pu, pv));
+        const float predicted = render.z_m(pu, pv);
+        const auto z = static_cast<double>(predicted > 0.0F ? predicted : view.z_m(pu, pv));
         area_m2 += z * z / (view.intrinsics.fx * view.intrinsics.fy);
         constexpr std::array<std::array<int, 2>, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
         for (const auto& [du, dv] : kAround) {
           if (!box.contains(pu + du, pv + dv)) continue;
           Kind& kind = kind_[render.index(pu + du, pv + dv)];
-          if (kind != Kind::SeenThrough) continue;
+          if (kind != seed && kind != of) continue;
           kind = Kind::Outside;
           stack_[top++] = (pv + dv) * 65536 + pu + du;
         }
@@ -168,6 +239,7 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
   std::uint32_t known = 0;
   std::uint32_t met = 0;
   std::uint32_t runs_on = 0;
+  std::uint32_t on_belt = 0;
   for (const ContourPoint& point : render.contour()) {
     const int u = static_cast<int>(std::floor(point.u + 0.5F));
     const int v = static_cast<int>(std::floor(point.v + 0.5F));
@@ -188,6 +260,7 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
       continue;
     }
     ++visible;
+    if (inside && view.on_belt(bu, bv, step)) ++on_belt;
     const EdgeMap::Nearest edge = edges.nearest(u, v);
     if (edge.found && edge.square <= reach * reach) {
       ++known;
@@ -201,6 +274,7 @@ void Verification::outline(const ModelRender& render, const DepthView& view, con
   }
   if (visible > 0) {
     evidence.edge_known = static_cast<double>(known) / static_cast<double>(visible);
+    evidence.beside_belt = static_cast<double>(on_belt) / static_cast<double>(visible);
   }
   if (known == 0) return;
   evidence.edge = static_cast<double>(met) / static_cast<double>(known);
@@ -227,7 +301,8 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
       }
       kind_[render.index(u, v)] = kind;
       ++sums.count[static_cast<std::size_t>(kind)];
-      if ((kind == Kind::Matched || kind == Kind::Rim) && view.of_object(u, v)) ++explained;
+      const bool on_model = kind == Kind::Matched || kind == Kind::Rim || kind == Kind::Stray;
+      if (on_model && view.of_object(u, v)) ++explained;
     }
   }
   const auto count = [&](Kind kind) {
@@ -256,7 +331,8 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   const std::uint32_t object = object_pixels(view);
   evidence.explained =
       object == 0 ? 0.0 : static_cast<double>(explained) / static_cast<double>(object);
-  evidence.hole_area_m2 = largest_hole(render, view);
+  evidence.hole_area_m2 = largest_piece_m2(Kind::SeenThrough, Kind::SeenThrough, box, render, view);
+  evidence.stray_area_m2 = broad_piece_m2(Kind::Stray, box, render, view);
   outline(render, view, edges, evidence);
   std::size_t confirmed = 0;
   for (std::size_t i = 0; i < model.size; ++i) confirmed += confirmed_[i];

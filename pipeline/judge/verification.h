@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "pipeline/judge/depth_view.h"
+#include "pipeline/judge/left_over.h"
 #include "pipeline/judge/model_render.h"
 #include "pipeline/surface.h"
 
@@ -20,16 +21,20 @@ struct Evidence {
   double unknown = 0.0;       ///< no reading
   double matched_area_m2 = 0.0;
   double hole_area_m2 = 0.0;  ///< largest connected piece that is seen through
-  std::uint32_t pixels = 0;   ///< counted: visible model, its rim left out
-  double rmse_m = 0.0;        ///< point-to-plane, of matched pixels
-  double edge = 0.0;          ///< share of the known outline that meets a depth edge
-  double edge_known = 0.0;    ///< share of the unhidden outline that readings say anything about
-  double unexplained = 0.0;   ///< object's pixels within and beside the outline the model leaves
-                              ///< over, as a share of the matched ones
-  double explained = 0.0;     ///< share of the whole object's pixels the model explains
-  double coverage = 0.0;      ///< share of the model's points confirmed
-  double second_face = 0.0;   ///< share of matched area not along the main normal: 1 - largest
-                              ///< eigenvalue of the mean n nᵀ
+  /// Largest piece along the model's edges, where single pixels are left out, that lies at a depth
+  /// which the model has nowhere near.
+  double stray_area_m2 = 0.0;
+  std::uint32_t pixels = 0;  ///< counted: visible model, its rim left out
+  double rmse_m = 0.0;       ///< point-to-plane, of matched pixels
+  double edge = 0.0;         ///< share of the known outline that meets a depth edge
+  double edge_known = 0.0;   ///< share of the unhidden outline that readings say anything about
+  double beside_belt = 0.0;  ///< share of the unhidden outline beside which the belt is read
+  double unexplained = 0.0;  ///< object's pixels within and beside the outline the model leaves
+                             ///< over, as a share of the matched ones
+  double explained = 0.0;    ///< share of the whole object's pixels the model explains
+  double coverage = 0.0;     ///< share of the model's points confirmed
+  double second_face = 0.0;  ///< share of matched area not along the main normal: 1 - largest
+                             ///< eigenvalue of the mean n nᵀ
 };
 
 /// Worth of a pose for comparing candidates:
@@ -49,13 +54,40 @@ class Verification {
                   const Pose& camera_from_model, const ModelRender& render, const DepthView& view,
                   const EdgeMap& edges, double floor_m) noexcept;
 
+  /// Largest connected piece that a pose leaves over, squared metres; `render` as for verify().
+  /// O(pixels of the view's box).
+  double left_over_m2(const LeftOver& left_over, const ModelRender& render,
+                      const DepthView& view) noexcept;
+
  private:
-  enum class Kind : std::uint8_t { Outside, Rim, Matched, SeenThrough, Occluded, Unknown, Support };
+  enum class Kind : std::uint8_t {
+    Outside,
+    Rim,
+    Stray,     ///< on the rim, and nowhere near what is predicted there
+    LeftOver,  ///< see there
+    Piece,     ///< upper left of a square of one of those two
+    Matched,
+    SeenThrough,
+    Occluded,
+    Unknown,
+    Support
+  };
 
   struct Sums;
   Kind classify(const Surface& model, const ModelRender& render, const DepthView& view, int u,
                 int v, double floor_m, Sums& sums) noexcept;
-  double largest_hole(const ModelRender& render, const DepthView& view) noexcept;
+  [[nodiscard]] bool at_rim(const ModelRender& render, const DepthView& view, int u, int v, int rim,
+                            float limit_m) const noexcept;
+  /// Whether a reading on the rim is that of some prediction within the rim's reach.
+  [[nodiscard]] bool explained_at_rim(const ModelRender& render, const DepthView& view, int u,
+                                      int v, int rim, float limit_m) const noexcept;
+  /// Largest connected piece of kind `of` that holds a pixel of kind `seed`, squared metres; the
+  /// pixels lose their kind.
+  double largest_piece_m2(Kind seed, Kind of, const PixelBox& box, const ModelRender& render,
+                          const DepthView& view) noexcept;
+  /// Largest connected piece that is somewhere broader than mixed pixels make it.
+  double broad_piece_m2(Kind of, const PixelBox& box, const ModelRender& render,
+                        const DepthView& view) noexcept;
   void outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
                Evidence& evidence) const noexcept;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iostream>
 #include <map>
 #include <set>
 #include <string_view>
@@ -257,6 +258,15 @@ Json summary_of(const Suite& suite, std::span<const CaseResult> results) {
   json["simd"] = Registrar::simd_target();
   json["presets"] = presets;
   return json;
+}
+
+void print_summary(const Json& summary) {
+  for (const auto& [name, p] : summary["presets"].items()) {
+    std::cout << name << ": " << p["cases"] << " cases, accepted right " << p["accepted_right"]
+              << ", false accepts " << p["accepted_wrong"] << ", rejected right "
+              << p["rejected_right"] << ", missed " << p["rejected_wrong"] << ", errors "
+              << p["errors"] << ", right before the verdict " << p["raw_right"] << "\n";
+  }
 }
 
 }  // namespace grapnel

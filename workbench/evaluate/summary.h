@@ -17,4 +17,7 @@ namespace grapnel {
 [[nodiscard]] nlohmann::ordered_json summary_of(const Suite& suite,
                                                 std::span<const CaseResult> results);
 
+/// A line a preset, on standard output.
+void print_summary(const nlohmann::ordered_json& summary);
+
 }  // namespace grapnel

@@ -24,6 +24,26 @@ constexpr double kBelt_m = 1.1;
 const Vec3d kSize_m = {0.4, 0.3, 0.2};
 
 /// A box on a belt, its labels, and a model of the same box.
+/// The model's points one by one.
+class ClosestByLoop final : public ClosestSurface {
+ public:
+  explicit ClosestByLoop(const Surface& model) : model_(model) {}
+  [[nodiscard]] std::int32_t closest(const Vec3f& p, float max_distance_m) const noexcept override {
+    std::int32_t best = -1;
+    float least = max_distance_m * max_distance_m;
+    for (std::size_t i = 0; i < model_.size; ++i) {
+      const float square = (model_.point(i) - p).squaredNorm();
+      if (square > least) continue;
+      least = square;
+      best = static_cast<std::int32_t>(i);
+    }
+    return best;
+  }
+
+ private:
+  const Surface& model_;
+};
+
 class FrameJudge : public testing::Test {
  protected:
   FrameJudge()
@@ -161,6 +181,51 @@ TEST_F(FrameJudge, AHoleIsFoundAsOnePiece) {
   const Evidence evidence = verify(truth_);
   EXPECT_NEAR(evidence.hole_area_m2, 0.0643 * 0.0643, 0.0005);
   EXPECT_GT(evidence.seen_through, 0.03);
+}
+
+TEST_F(FrameJudge, MixedPixelsAlongAnEdgeAreNoPieceAndAStripIs) {
+  const Evidence clean = verify(truth_);
+  EXPECT_EQ(clean.stray_area_m2, 0.0);
+  const PixelBox seen = render_.marked();
+  const int v = (seen.v0 + seen.v1) / 2;
+  int u = seen.u0;
+  while (!(render_.z_m(u, v) > 0.0F)) ++u;
+  erase(u, v, u + 1, v + 10, kBelt_m - 0.1);
+  EXPECT_EQ(verify(truth_).stray_area_m2, 0.0);
+}
+
+TEST_F(FrameJudge, WhatOfTheObjectLiesBesideAPoseIsLeftOver) {
+  verify(truth_);
+  const auto left_over_m2 = [&] {
+    const ClosestByLoop closest(*model_);
+    return verification_.left_over_m2(
+        LeftOver(closest, disc_radius_m(*model_), truth_, render_, view_, 0.06F), render_, view_);
+  };
+  EXPECT_EQ(left_over_m2(), 0.0);
+  // A block of 9 px a side against the part, a little lower than its top.
+  const PixelBox seen = render_.marked();
+  const int v = (seen.v0 + seen.v1) / 2;
+  int u = seen.u1 - 1;
+  while (!(render_.z_m(u, v) > 0.0F)) --u;
+  erase(u + 1, v, u + 10, v + 9, kBelt_m - 0.15);
+  verify(truth_);
+  const double pixel_m = (kBelt_m - 0.15) / kFocal_px;
+  // Two columns beside the outline may be mixed ones, and the nearest of the rest is the wall's.
+  EXPECT_NEAR(left_over_m2(), 7 * 9 * pixel_m * pixel_m, 20 * pixel_m * pixel_m);
+  // Cut off by segmentation and too small for a part of its own: still left over.
+  const auto relabel = [&](std::uint8_t label) {
+    for (int row = v; row < v + 9; ++row) {
+      for (int column = u + 1; column < u + 10; ++column) {
+        label_[static_cast<std::size_t>(row * kWidth + column)] = label;
+      }
+    }
+  };
+  relabel(2);
+  view_.things = 1;
+  EXPECT_GT(left_over_m2(), 40 * pixel_m * pixel_m);
+  // Large enough for another thing: none of this part's business.
+  view_.things = 3;
+  EXPECT_EQ(left_over_m2(), 0.0);
 }
 
 TEST_F(FrameJudge, SomethingNearerOccludesAndMissingReadingsAreUnknown) {
@@ -385,6 +450,35 @@ TEST(Verdict, APartOnTheBeltMustTouchItAndStand) {
   EXPECT_EQ(report.reasons[0].check, Check::BeltDistance);
   EXPECT_EQ(report.reasons[1].check, Check::Support);
   EXPECT_EQ(report.code, Code::ImplausibleOnBelt);
+}
+
+TEST(Verdict, WithTheBeltAroundItNoPartReachesIntoTheBelt) {
+  Findings findings = good_findings();
+  findings.has_belt = true;
+  findings.resting = {-0.15, 0.08};
+  findings.evidence.beside_belt = 0.9;
+  RegistrationReport report;
+  pass_verdict(findings, {}, report);
+  ASSERT_EQ(report.reasons.size(), 1U);
+  EXPECT_EQ(report.reasons[0].check, Check::Sunk);
+  EXPECT_EQ(report.code, Code::ImplausibleOnBelt);
+  // At a table's end it may hang below the top.
+  findings.evidence.beside_belt = 0.3;
+  pass_verdict(findings, {}, report);
+  EXPECT_TRUE(report.accepted);
+}
+
+TEST(Verdict, APieceLeftOverIsLimitedWhereThePresetAsks) {
+  Findings findings = good_findings();
+  findings.left_over_m2 = 0.002 * findings.diameter_m * findings.diameter_m;
+  RegistrationReport report;
+  pass_verdict(findings, {}, report);
+  EXPECT_TRUE(report.accepted);
+  VerdictParams params;
+  params.max_left_over = 0.001;
+  pass_verdict(findings, params, report);
+  ASSERT_EQ(report.reasons.size(), 1U);
+  EXPECT_EQ(report.reasons[0].check, Check::LeftOver);
 }
 
 TEST(Verdict, NoEvidenceIsARejectionAndNaNPassesNoCheck) {

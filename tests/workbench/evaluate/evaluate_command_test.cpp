@@ -78,5 +78,53 @@ TEST(EvaluateCommand, AnswersTheSameInOneJobInTwoAndInShards) {
   }
 }
 
+TEST(MergeCommand, MakesOfShardsTheSummaryOfTheWholeRun) {
+  const TempFolder out;
+  const std::string suite = small_set() / "set/suite.toml";
+  const auto evaluate = [&](const std::string& name, const std::string& shard) {
+    EXPECT_EQ(run_command({"evaluate", suite, "--presets", "carton", "-o", out / name, "--pictures",
+                           "0", "--shard", shard})
+                  .code,
+              0);
+  };
+  evaluate("all", "1/1");
+  evaluate("odd", "1/2");
+  evaluate("even", "2/2");
+  const auto run = run_command({"merge", out / "odd", out / "even", "-o", out / "merged"});
+  ASSERT_EQ(run.code, 0) << run.error;
+  EXPECT_THAT(run.out, HasSubstr("5 cases"));
+  const auto summary = [&](const std::string& name) {
+    nlohmann::json json = nlohmann::json::parse(text_of(out / name / "summary.json"));
+    for (auto& [preset, entry] : json["presets"].items()) {
+      entry.erase("stage_ms");
+      entry.erase("total_ms");
+    }
+    return json;
+  };
+  const auto nees_x = [](nlohmann::json& json) {
+    const double mean = json["presets"]["carton"]["nees"]["x"].get<double>();
+    json["presets"]["carton"].erase("nees");
+    return mean;
+  };
+  nlohmann::json all = summary("all");
+  nlohmann::json merged = summary("merged");
+  // Sums of another order.
+  EXPECT_NEAR(nees_x(merged), nees_x(all), 1e-9);
+  EXPECT_EQ(merged, all);
+  EXPECT_EQ(lines_of(out / "merged/results.jsonl").size(), 5U);
+  EXPECT_THAT(text_of(out / "merged/report.html"), HasSubstr("carton"));
+}
+
+TEST(MergeCommand, CountsNoCaseTwice) {
+  const TempFolder out;
+  ASSERT_EQ(run_command({"evaluate", small_set() / "set/suite.toml", "--presets", "carton", "-o",
+                         out / "all", "--pictures", "0"})
+                .code,
+            0);
+  const auto run = run_command({"merge", out / "all", out / "all", "-o", out / "merged"});
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.error, HasSubstr("was in an earlier folder with the same data"));
+}
+
 }  // namespace
 }  // namespace grapnel
