@@ -156,7 +156,7 @@ Status FrameJob::find_objects(const DepthFrame&) noexcept {
     most_m2 = std::max(most_m2, static_cast<double>(model.templates.most_area_m2()));
   }
   const double limit_m2 =
-      general.max_visible_ratio > 0.0 ? general.max_visible_ratio * most_m2 : 1e9;
+      general.max_visible_ratio > 0.0 && most_m2 > 0.0 ? general.max_visible_ratio * most_m2 : 1e9;
   s_.groups.find(s_.work, s_.components,
                  {diameter_m, general.min_visible_ratio * least_m2, limit_m2});
   most_area_m2_ = most_m2;
@@ -372,8 +372,8 @@ void FrameJob::look_for_grasp(RegistrationReport& report) const noexcept {
 /// A part that fits while the measured piece goes on beside it, or a piece too large for any view
 /// of the part: parts touch. A rejection says so first.
 void FrameJob::name_touching(std::size_t model_i, RegistrationReport& report) const noexcept {
-  if (report.accepted) return;
   const auto most_m2 = static_cast<double>(s_.models[model_i].templates.most_area_m2());
+  if (report.accepted || !(most_m2 > 0.0)) return;
   const auto explained = static_cast<double>(report.measured[Check::Explained]);
   const bool fits = report.fitness >= s_.stages.params.verdict.min_fitness && explained > 0.0;
   const double size = fits ? 1.0 / explained : group_->whole.area_m2 / std::max(most_m2, 1e-9);

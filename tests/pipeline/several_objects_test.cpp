@@ -80,6 +80,17 @@ TEST(SeveralObjects, EachBoxIsFoundOnceAndCountedOnce) {
   EXPECT_GE(accepted_in(reports), truths.size() - 1) << reasons_of(reports);
 }
 
+TEST(SeveralObjects, WithoutViewsOfTheModelNothingIsTooLarge) {
+  // The limit on a piece's size is in views of the part.
+  const RegistrationReports reports = run({place(0.0, 0.1, 1.4)}, box_preset({"views.views=0"}));
+  EXPECT_EQ(reports.found, 1U);
+  ASSERT_EQ(reports.objects.size(), 1U);
+  EXPECT_GT(reports.objects[0].counts.target_points, 0U) << "not looked at";
+  for (const Reason& reason : reports.objects[0].reasons) {
+    EXPECT_NE(reason.check, Check::Size) << reasons_of(reports);
+  }
+}
+
 TEST(SeveralObjects, TheBestComeFirstAndNoMoreThanWanted) {
   const RegistrationReports reports =
       run({place(-0.5, 0.0, 0.3), place(0.0, 0.1, 1.4), place(0.5, -0.1, 2.0)},
