@@ -40,7 +40,8 @@ void ColorPairing::color_arrives(const Rgb8* pixels, std::size_t count, std::int
 }
 
 void ColorPairing::tick(std::int64_t now_us) {
-  if (waiting_ != nullptr && now_us - waiting_->stamp.arrival_us > kPatience_us) publish(false);
+  if (waiting_ == nullptr || now_us - waiting_->stamp.arrival_us <= kPatience_us) return;
+  if (std::exchange(overdue_, true)) publish(false);
 }
 
 void ColorPairing::end() noexcept {
@@ -54,6 +55,7 @@ bool ColorPairing::paired() const noexcept {
 
 void ColorPairing::publish(bool with_color) {
   FrameExchange::Slot* const slot = std::exchange(waiting_, nullptr);
+  overdue_ = false;
   if (slot == nullptr) return;
   if (with_color) {
     slot->has_color = true;

