@@ -49,8 +49,8 @@ class QuickTable final : public ClosestSurface {
     return gap.squaredNorm() <= max_distance_m * max_distance_m ? found : -1;
   }
   void closest_of_each(const float* x, const float* y, const float* z, std::size_t count,
-                       float /*max_distance_m*/, std::int32_t* found) const noexcept override {
-    model_.coarse_table.nearby_of_each(x, y, z, count, found);
+                       float max_distance_m, std::int32_t* found) const noexcept override {
+    model_.coarse_table.nearby_of_each(x, y, z, count, max_distance_m, found);
   }
 
  private:

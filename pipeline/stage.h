@@ -115,6 +115,12 @@ class ClosestSurface {
       found[i] = closest(Vec3f(x[i], y[i], z[i]), max_distance_m);
     }
   }
+  /// A near point instead of the nearest, where that is to be had sooner: for steps whose partners
+  /// are still to change.
+  virtual void nearby_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                              float max_distance_m, std::int32_t* found) const noexcept {
+    closest_of_each(x, y, z, count, max_distance_m, found);
+  }
 };
 
 /// Moves a start pose to the nearest optimum. Errors: RefinementDiverged.

@@ -165,7 +165,8 @@ kernels::VoxelShape ClosestPointTable::voxels() const noexcept {
 }
 
 void ClosestPointTable::nearby_of_each(const float* x, const float* y, const float* z,
-                                       std::size_t count, std::int32_t* found) const noexcept {
+                                       std::size_t count, float /*max_distance_m*/,
+                                       std::int32_t* found) const noexcept {
   kernels::find_voxels(voxels(), x, y, z, count, found);
   for (std::size_t i = 0; i < count; ++i) {
     if (found[i] >= 0) found[i] = nearest_[static_cast<std::size_t>(found[i])];

@@ -34,9 +34,9 @@ class ClosestPointTable final : public ClosestSurface {
   /// outside of the grid.
   [[nodiscard]] std::int32_t nearby(const Vec3f& p) const noexcept;
 
-  /// The same for many points. The arrays hold the next multiple of eight elements.
+  /// The same for many points.
   void nearby_of_each(const float* x, const float* y, const float* z, std::size_t count,
-                      std::int32_t* found) const noexcept;
+                      float max_distance_m, std::int32_t* found) const noexcept override;
 
   /// For kernels: the voxels, and the point that each names.
   [[nodiscard]] kernels::VoxelShape voxels() const noexcept;

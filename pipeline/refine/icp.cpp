@@ -87,9 +87,14 @@ void add_points(const kernels::PointBlock& block, const kernels::OrientedPlanes&
   partners.count += static_cast<std::uint32_t>(total(parts.sum[17]));
 }
 
+struct Look {
+  bool plane = true;    ///< error along normals
+  bool nearest = true;  ///< else a near point will do
+};
+
 /// Collects the partners of every `step`-th moving point at this pose.
 void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& closest,
-             const Pose& pose, std::size_t step, const kernels::PairGate& gate, bool plane,
+             const Pose& pose, std::size_t step, const kernels::PairGate& gate, const Look& look,
              Partners& partners) noexcept {
   const kernels::Motion motion = kernels::motion_of(pose);
   const kernels::OrientedPlanes surface{fixed.x.data(),  fixed.y.data(),  fixed.z.data(),
@@ -99,9 +104,13 @@ void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& 
   for (std::size_t first = 0; first < moving.size;) {
     first = take_block(moving, first, step, block);
     kernels::move_block(motion, block);
-    closest.closest_of_each(block.x, block.y, block.z, block.size, max_distance_m, block.partner);
+    if (look.nearest) {
+      closest.closest_of_each(block.x, block.y, block.z, block.size, max_distance_m, block.partner);
+    } else {
+      closest.nearby_of_each(block.x, block.y, block.z, block.size, max_distance_m, block.partner);
+    }
     std::fill(block.partner + block.size, block.partner + kernels::in_lanes(block.size), -1);
-    if (plane) {
+    if (look.plane) {
       add_planes(block, surface, gate, partners);
     } else {
       add_points(block, surface, gate, partners);
@@ -176,7 +185,9 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
     for (int axis = 0; axis < 3; ++axis) gate.centre[axis] = static_cast<float>(middle[axis]);
     const Vec3d rounded = centre_of(gate);
     Partners partners{NormalEquations(rounded), {}, 0.0, 0};
-    pair_up(moving, fixed, closest, pose, step, gate, plane, partners);
+    const bool annealed = distance_m <= end_m * 1.0001;
+    const bool last = iteration + 1 == params_.max_iterations;
+    pair_up(moving, fixed, closest, pose, step, gate, {plane, annealed || last}, partners);
     if (partners.count < kFewestPartners) {
       return Error{Code::RefinementDiverged, Stage::Refine,
                    static_cast<std::int32_t>(partners.count)};
@@ -199,7 +210,6 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
       turn_rad = rotation_angle_rad(update, Pose::Identity());
       result.target_from_source = update * pose;
     }
-    const bool annealed = distance_m <= end_m * 1.0001;
     result.converged =
         annealed && shift_m <= params_.convergence_m && turn_rad <= params_.convergence_rad;
     if (result.converged) break;
@@ -210,9 +220,9 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
   }
   if (!plane) {
     // The closed form says nothing of what the partners fix; their normals do.
-    Partners last{NormalEquations(centre_of(gate)), {}, 0.0, 0};
-    pair_up(moving, fixed, closest, result.target_from_source, step, gate, true, last);
-    result.information = last.planes.information_at_origin();
+    Partners met{NormalEquations(centre_of(gate)), {}, 0.0, 0};
+    pair_up(moving, fixed, closest, result.target_from_source, step, gate, {}, met);
+    result.information = met.planes.information_at_origin();
   }
   return result;
 }

@@ -27,8 +27,8 @@ struct IcpParams {
 
 /// Iterative closest point: Besl and McKay 1992; point-to-plane after Chen and Medioni 1991, or
 /// with both points' normals (Rusinkiewicz 2019); with Geman and McClure's weight. The partners'
-/// distance limit shrinks geometrically from start to end over the first iterations. Directions the
-/// partners do not fix stay as they were.
+/// distance limit shrinks geometrically from start to end over the first iterations; as long as it
+/// does, near partners do for the nearest. Directions the partners do not fix stay as they were.
 class Icp final : public PoseRefiner {
  public:
   explicit Icp(const IcpParams& params) : params_(params) {}

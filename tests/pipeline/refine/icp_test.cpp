@@ -16,6 +16,32 @@ Pose small_motion() {
   return pose;
 }
 
+/// Counts how often partners are looked for, and how.
+class Counted final : public ClosestSurface {
+ public:
+  explicit Counted(const ClosestPointTable& table) : table_(table) {}
+  [[nodiscard]] std::int32_t closest(const Vec3f& p, float max_distance_m) const noexcept override {
+    return table_.closest(p, max_distance_m);
+  }
+  void closest_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                       float max_distance_m, std::int32_t* found) const noexcept override {
+    nearest += count;
+    table_.closest_of_each(x, y, z, count, max_distance_m, found);
+  }
+  void nearby_of_each(const float* x, const float* y, const float* z, std::size_t count,
+                      float max_distance_m, std::int32_t* found) const noexcept override {
+    EXPECT_EQ(nearest, 0U);
+    nearby += count;
+    table_.nearby_of_each(x, y, z, count, max_distance_m, found);
+  }
+
+  mutable std::size_t nearest = 0;
+  mutable std::size_t nearby = 0;
+
+ private:
+  const ClosestPointTable& table_;
+};
+
 class IcpOnABox : public testing::Test {
  protected:
   IcpOnABox()
@@ -47,6 +73,21 @@ TEST_F(IcpOnABox, PointToPlaneReturnsToTheTruth) {
   EXPECT_LT((found.target_from_source.translation()).norm(), 1e-4);
   EXPECT_LT(rotation_angle_rad(found.target_from_source, Pose::Identity()), 5e-4);
   EXPECT_LT(found.rmse_m, 1e-4);
+}
+
+TEST_F(IcpOnABox, LooksForTheNearestOnceTheDistanceLimitHasSettledAndAtTheEnd) {
+  const Counted counted(table_);
+  IcpParams params;
+  params.max_points = 100000;
+  params.anneal_iterations = 8;
+  params.max_iterations = 20;
+  ASSERT_TRUE(Icp(params).refine(*moving_, *fixed_, counted, small_motion()).ok());
+  EXPECT_EQ(counted.nearby, 8 * moving_->size);
+  EXPECT_GE(counted.nearest, moving_->size);
+  const Counted short_of(table_);
+  params.max_iterations = 5;
+  ASSERT_TRUE(Icp(params).refine(*moving_, *fixed_, short_of, small_motion()).ok());
+  EXPECT_EQ(short_of.nearest, moving_->size);
 }
 
 TEST_F(IcpOnABox, PointToPointReturnsToTheTruthWithinTheSampling) {
