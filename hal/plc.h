@@ -215,7 +215,7 @@ class PlcCommandSink {
   virtual Code on_command(const PlcCommand& command) noexcept = 0;
   /// The PLC's heartbeat stopped (true) or came back (false).
   virtual void on_heartbeat_lost(bool lost) noexcept = 0;
-  /// The PLC wrote ENC_TRIGGER alone, without a new token: a live encoder count at `now_us`.
+  /// The PLC wrote ENC_TRIGGER's two registers and no other: a live encoder count at `now_us`.
   virtual void on_encoder(std::uint32_t count, std::int64_t now_us) noexcept {
     (void)count;
     (void)now_us;

@@ -38,12 +38,9 @@ void CommandBlock::release(PeerId peer) noexcept {
   sink_->on_control_lost();
 }
 
-bool CommandBlock::after_write(std::int64_t now_us, bool encoder_written) noexcept {
+bool CommandBlock::after_write(std::int64_t now_us, bool encoder_alone) noexcept {
   note_heartbeat(now_us);
-  // Beside a new token the count is the part sensor's, not the moment's.
-  if (encoder_written && image_->u16(c::kCmdSeq) == last_seq_) {
-    sink_->on_encoder(image_->u32(c::kEncTrigger), now_us);
-  }
+  if (encoder_alone) sink_->on_encoder(image_->u32(c::kEncTrigger), now_us);
   return run_command(now_us);
 }
 

@@ -29,9 +29,9 @@ class CommandBlock {
   [[nodiscard]] PeerId owner() const noexcept { return owner_; }
 
   /// Looks at the registers after a write: runs a new token, notes the heartbeat, and the live
-  /// encoder count when `encoder_written` says that both its words came. True when the device's
-  /// counters are to be cleared (command 82 accepted).
-  bool after_write(std::int64_t now_us, bool encoder_written) noexcept;
+  /// encoder count when `encoder_alone` says that its two words, and no other, came. True when the
+  /// device's counters are to be cleared (command 82 accepted).
+  bool after_write(std::int64_t now_us, bool encoder_alone) noexcept;
   /// Looks at the heartbeat's limit; at least every 100 ms.
   void supervise(std::int64_t now_us) noexcept;
   [[nodiscard]] bool heartbeat_lost() const noexcept { return heartbeat_lost_; }

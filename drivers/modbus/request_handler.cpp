@@ -122,9 +122,8 @@ std::size_t RequestHandler::refuse(std::span<const std::uint8_t> adu, ModbusExce
 
 void RequestHandler::after_write(const PduRequest& request, std::int64_t now_us) noexcept {
   constexpr unsigned kEncoder = registers::command::kEncTrigger;
-  const unsigned end = unsigned{request.write_first} + request.write_count;
-  const bool encoder_written = request.write_first <= kEncoder && end >= kEncoder + 2;
-  if (!command_block_.after_write(now_us, encoder_written)) return;
+  const bool encoder_alone = request.write_first == kEncoder && request.write_count == 2;
+  if (!command_block_.after_write(now_us, encoder_alone)) return;
   const std::uint32_t clients = counters_.clients;
   counters_ = FieldBusCounters{};
   counters_.clients = clients;

@@ -42,6 +42,7 @@ The result stays until the next accepted command or command 31. **Act on a pose 
 the object's DECISION is 1**: otherwise every pose register reads 0x80000000 (-2147483648) and every float NaN. Where the
 preset turns surface grasps on, DECISION 2 and OBJ_CODE 1104 give the pose of a grasp on the top of an object that no model
 fits (z into the surface, x along its length, PICK_POINT_ID 0): act on it only if the gripper may take an object anywhere.
+A sensor that moved, warms up, is not the calibrated one or has lost its clock gives no pose: RES_CODE is then its 20xx.
 REPLAY in FLAGS: the data is not live.
 
 *Restarts.* A changed BOOT_ID voids every pending handshake: the device starts with token 0, so the first other token that
@@ -50,10 +51,10 @@ a restart of the PLC's own program a token equal to ACK_SEQ is no change and exe
 write 0 first.
 
 *Encoder.* Write the count latched with the part sensor to ENC_TRIGGER together with the token. ENC_CAPTURE equals it, and
-the belt has moved on by speed × CAPTURE_DELAY_US until the camera looked. If the PLC between commands also writes the live
-count to ENC_TRIGGER (both words in one write, CMD_SEQ unchanged) at 50 Hz or faster, ENC_CAPTURE is the count at
-mid-exposure, interpolated between the counts received before and after it; where these are over 50 ms apart it equals
-ENC_TRIGGER. The time of a count is that of its arrival.
+the belt has moved on by speed × CAPTURE_DELAY_US until the camera looked. If the PLC also streams the live count to
+ENC_TRIGGER at 50 Hz or faster, in writes of these two registers and no other, ENC_CAPTURE is the count at mid-exposure,
+interpolated between the counts received before and after it; where these are over 50 ms apart it equals ENC_TRIGGER. The
+time of a count is that of its arrival. A write that covers more registers is never taken for a live count.
 
 *Heartbeats.* HB_OUT advances every 100 ms while all threads of the device make progress. If HB_LIMIT_MS is not 0, HB_IN must
 change within it; else the job is aborted, the result voided, STATUS_CODE is 3007 and command 10 is needed.

@@ -102,17 +102,32 @@ TEST_F(Handshake, ARefusedCommandIsAcknowledgedWithItsCode) {
   EXPECT_EQ(server.read(plc, 138, 2), (std::vector<std::uint16_t>{0x0001, 0xe240}));
 }
 
-TEST_F(Handshake, EncoderCountsWithoutANewTokenAreAStream) {
+TEST_F(Handshake, EncoderCountsInWritesOfTheirOwnAreAStream) {
   server.write(plc, 8, {1, 2});
   EXPECT_TRUE(server.device.commands.empty());
   server.write(plc, 0, {1, 20, 0, 0, 0, 0, 0, 0, 1, 3});  // with a token: the part sensor's count
-  server.write(plc, 0, {1, 20, 0, 0, 0, 0, 0, 0, 1, 4});
-  server.write(plc, 0, {0, 20, 0, 0, 0, 0, 0, 0, 1, 4});  // taking the token back
-  server.write(plc, 8, {1});                              // half a count is none
+  server.write(plc, 8, {1, 4});
+  server.write(plc, 8, {1});  // half a count is none
   server.write(plc, 26, {1});
   EXPECT_EQ(server.device.encoder_counts, (std::vector<std::uint32_t>{0x10002, 0x10004}));
   ASSERT_EQ(server.device.commands.size(), 1u);
   EXPECT_EQ(server.device.commands[0].enc_trigger, 0x10003u);
+}
+
+TEST_F(Handshake, ALatchedCountThatIsWrittenOverAndOverIsNoStream) {
+  // A block written every cycle, and parameters written before their token, hold the part sensor's
+  // count: beside the next part's it would make a place between the two parts.
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    server.write(plc, 0, {0, 20, 0, 0, 0, 0, 0, 0, 1, 3});
+  }
+  server.write(plc, 1, {20, 0, 0, 0, 0, 0, 0, 2, 5});
+  server.write(plc, 0, {1});
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    server.write(plc, 0, {1, 20, 0, 0, 0, 0, 0, 0, 2, 5});
+  }
+  EXPECT_TRUE(server.device.encoder_counts.empty());
+  ASSERT_EQ(server.device.commands.size(), 1u);
+  EXPECT_EQ(server.device.commands[0].enc_trigger, 0x20005u);
 }
 
 TEST_F(Handshake, Function23AnswersWithTheAcknowledgement) {
