@@ -176,8 +176,9 @@ void ConfigTable::drop_lines() {
   std::erase_if(entries_, [](const auto& entry) { return entry.second.line > 0; });
 }
 
-ConfigTable load_config(const std::filesystem::path& file) {
+std::string read_config_text(const std::filesystem::path& file) {
   std::error_code code;
+  // Fails for all but regular files: opening a pipe would wait for its writer.
   const std::uintmax_t bytes = std::filesystem::file_size(file, code);
   if (code) throw InputError(file.string() + ": can't be read: " + code.message());
   if (bytes > kMaxConfigBytes) {
@@ -186,9 +187,11 @@ ConfigTable load_config(const std::filesystem::path& file) {
   }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file.string() + ": can't be opened for reading");
-  const std::string text((std::istreambuf_iterator<char>(stream)),
-                         std::istreambuf_iterator<char>());
-  return parse(text, file.string());
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+ConfigTable load_config(const std::filesystem::path& file) {
+  return parse(read_config_text(file), file.string());
 }
 
 ConfigTable parse_config(std::string_view text, const std::string& file_name) {

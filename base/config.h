@@ -57,8 +57,12 @@ class ConfigTable {
 /// Largest configuration file that is read at all.
 inline constexpr std::uintmax_t kMaxConfigBytes = 1u << 20;
 
-/// Reads a TOML file. Throws InputError (file, line, what) when it can't be read, is larger than
-/// kMaxConfigBytes, is not TOML, or has a key twice.
+/// A configuration file as it is. Throws InputError when it can't be read or is larger than
+/// kMaxConfigBytes.
+[[nodiscard]] std::string read_config_text(const std::filesystem::path& file);
+
+/// Reads a TOML file. Throws InputError (file, line, what) as read_config_text() does, and when it
+/// is not TOML or has a key twice.
 [[nodiscard]] ConfigTable load_config(const std::filesystem::path& file);
 [[nodiscard]] ConfigTable parse_config(std::string_view text, const std::string& file_name);
 

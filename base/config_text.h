@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "base/config.h"
 
@@ -9,6 +10,10 @@ namespace grapnel {
 /// The table as TOML text, one line a key; sub-tables are written inline. parse_config() reads it
 /// back as the same keys and values.
 [[nodiscard]] std::string config_text(const ConfigTable& table);
+
+/// The text and the number as TOML writes them: escaped and in quotes; with a point or an exponent.
+[[nodiscard]] std::string quoted_text(std::string_view text);
+[[nodiscard]] std::string real_text(double value);
 
 /// Control characters become spaces: keys and values may hold line breaks, a message about them is
 /// one line all the same.

@@ -1,7 +1,6 @@
 #include "firmware_app/config_keeper.h"
 
-#include <fstream>
-#include <iterator>
+#include <exception>
 #include <utility>
 
 #include "firmware_app/durable_file.h"
@@ -9,23 +8,15 @@
 namespace grapnel {
 namespace {
 
-/// Text of a configuration file; refuses what can't be read or is too large to be one.
 std::string read_text(const std::filesystem::path& file) {
-  std::error_code error;
-  // Fails for all but regular files: opening a pipe would wait for its writer.
-  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error) {
-    throw ConfigProblem(Code::FileUnreadable,
-                        file.string() + ": can't be read: " + error.message());
+  try {
+    return read_config_text(file);
+  } catch (const InputError& problem) {
+    std::error_code unreadable;
+    const bool large = std::filesystem::file_size(file, unreadable) > kMaxConfigBytes;
+    throw ConfigProblem(large && !unreadable ? Code::PresetInvalid : Code::FileUnreadable,
+                        problem.what());
   }
-  if (bytes > kMaxConfigBytes) {
-    throw ConfigProblem(Code::PresetInvalid, file.string() + ": " + std::to_string(bytes) +
-                                                 " bytes; a configuration file has at most " +
-                                                 std::to_string(kMaxConfigBytes));
-  }
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw ConfigProblem(Code::FileUnreadable, file.string() + ": can't be read");
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 std::span<const std::byte> bytes_of(const std::string& text) {
@@ -36,7 +27,10 @@ Settings parse_settings(const std::string& text, const ConfigKeeper::Start& star
   try {
     ConfigTable root = parse_config(text, start.file.string());
     for (const std::string& assignment : start.overrides) apply_override(root, assignment);
-    return read_settings(root, start.file, std::filesystem::absolute(start.file).parent_path());
+    Settings settings =
+        read_settings(root, start.file, std::filesystem::absolute(start.file).parent_path());
+    settings.text = text;
+    return settings;
   } catch (const InputError& problem) {
     throw ConfigProblem(Code::PresetInvalid, problem.what());
   }
@@ -71,7 +65,6 @@ std::unique_ptr<ActivePreset> ConfigKeeper::build(const Settings& settings, std:
 
 ConfigKeeper::Loaded ConfigKeeper::load_text(const std::string& text, std::uint16_t choice) {
   Loaded loaded;
-  loaded.text = text;
   loaded.settings = parse_settings(text, start_);
   // A file that names another preset than before overrules the PLC; any other edit leaves its
   // choice.
@@ -122,8 +115,7 @@ void ConfigKeeper::start(const std::filesystem::path& state_folder) {
     parts_.report(true, Code::RolledBack, "the last good configuration is in use");
   }
   settings_ = std::move(loaded.settings);
-  text_ = std::move(loaded.text);
-  committed_ = text_ == good_text_;
+  committed_ = settings_.text == good_text_;
   current_ = std::move(loaded.preset);
   parts_.presets->offer(current_.get(), parts_.exchange->job.wake);
   state_.active = current_->profile.preset;
@@ -146,6 +138,8 @@ void ConfigKeeper::step(bool file_changed) {
     begin_switch(load_file(), Code::ConfigLoaded, false);
   } catch (const ConfigProblem& problem) {
     refuse(problem, true);
+  } catch (const std::exception& problem) {
+    refuse(ConfigProblem(Code::FileUnreadable, problem.what()), true);
   }
 }
 
@@ -159,7 +153,6 @@ void ConfigKeeper::work_off(const ConfigRequest& request) {
       case ConfigAction::Select: {
         Loaded loaded;
         loaded.settings = settings_;
-        loaded.text = text_;
         loaded.choice = number;
         loaded.preset = build(settings_, number);
         begin_switch(std::move(loaded), state_.reduced ? state_.state : Code::ConfigLoaded,
@@ -185,6 +178,9 @@ void ConfigKeeper::work_off(const ConfigRequest& request) {
     }
   } catch (const ConfigProblem& problem) {
     refuse(problem, request.action == ConfigAction::Reload);
+  } catch (const std::exception& problem) {
+    refuse(ConfigProblem(Code::FileUnreadable, problem.what()),
+           request.action == ConfigAction::Reload);
   }
 }
 
@@ -203,10 +199,9 @@ void ConfigKeeper::begin_switch(Loaded loaded, Code state, bool reduced) {
 void ConfigKeeper::finish_switch() {
   current_ = std::move(next_);
   settings_ = std::move(incoming_->settings);
-  text_ = std::move(incoming_->text);
   choice_ = incoming_->choice;
   incoming_.reset();
-  committed_ = text_ == good_text_;
+  committed_ = settings_.text == good_text_;
   jobs_at_load_ = parts_.exchange->job.finished.load(std::memory_order_acquire);
   state_.state = incoming_state_;
   state_.state_detail = 0;
@@ -250,7 +245,7 @@ void ConfigKeeper::commit_when_proven() {
   const std::uint32_t finished = parts_.exchange->job.finished.load(std::memory_order_acquire);
   if (finished - jobs_at_load_ < kProvisionalJobs) return;
   committed_ = true;
-  good_text_ = text_;
+  good_text_ = settings_.text;
   try {
     write_durable(good_file_, bytes_of(good_text_));
   } catch (const InputError& problem) {

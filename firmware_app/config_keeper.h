@@ -62,7 +62,6 @@ class ConfigKeeper {
   struct Loaded {
     Settings settings;
     std::uint16_t choice = 0;  ///< preset the PLC selected; 0: the file's
-    std::string text;          ///< of the file
     std::unique_ptr<ActivePreset> preset;
   };
 
@@ -84,7 +83,6 @@ class ConfigKeeper {
   std::span<std::byte> block_;
   Settings settings_;
   std::uint16_t choice_ = 0;  // preset the PLC selected; 0: the file's
-  std::string text_;          // of the configuration in use
   std::string good_text_;     // of the last one that proved itself
   std::filesystem::path good_file_;
   std::uint32_t jobs_at_load_ = 0;

@@ -19,6 +19,13 @@ bool is_rejection(Code code) noexcept {
          code != Code::Aborted;
 }
 
+/// A sensor in this state sees something else, or elsewhere, than what it was set up for: its poses
+/// are not true.
+bool spoils_poses(Code sensor) noexcept {
+  return sensor == Code::SensorMoved || sensor == Code::WarmingUp || sensor == Code::WrongSerial ||
+         sensor == Code::ClockFault;
+}
+
 }  // namespace
 
 void Controller::advance() noexcept {
@@ -50,6 +57,11 @@ void Controller::advance() noexcept {
   PlcResult result = outcome.result;
   if (outcome.has_frame) {
     result.enc_capture = encoder_.at(outcome.exposure_us).value_or(result.enc_capture);
+  }
+  const Code sensor = exchange_->health.get().sensor;
+  if (spoils_poses(sensor) && !result.objects.empty()) {
+    result.objects.clear();
+    result.code = sensor;
   }
   publish(result);
 }

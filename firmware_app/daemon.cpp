@@ -160,8 +160,8 @@ void Daemon::build_snapshots() {
       SnapshotKeeper::Parts{
           &evidence_, [this](std::uint32_t number) { return source_.origin(number); },
           [this](const std::string& line) { journal_.write(LogLevel::Warning, line); }},
-      SnapshotKeeper::Facts{state_folder_ / "snapshots", settings_.snapshots.keep, options_.config,
-                            GRAPNEL_BUILD_ID, Registrar::simd_target()});
+      SnapshotKeeper::Facts{state_folder_ / "snapshots", settings_.snapshots.keep, GRAPNEL_BUILD_ID,
+                            Registrar::simd_target()});
 }
 
 void Daemon::build_recorder() {
@@ -201,7 +201,8 @@ void Daemon::build() {
   executor_ = std::make_unique<JobExecutor>(
       ExecutorParts{&clock_, pool_.get(), &camera_->camera(), &background_, &exchange_.job,
                     &supervisor_.progress(Supervised::Registration), &crash_.job_stage(),
-                    &evidence_, settings_.snapshots.on_reject},
+                    settings_.snapshots.keep > 0 ? &evidence_ : nullptr,
+                    settings_.snapshots.on_reject},
       capture, settings_.belt.learn_frames);
   registration_ = std::make_unique<RegistrationLoop>(
       RegistrationLoop::Parts{executor_.get(), &exchange_.job, &presets_, &supervisor_,

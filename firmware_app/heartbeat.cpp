@@ -1,5 +1,6 @@
 #include "firmware_app/heartbeat.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 
@@ -13,6 +14,10 @@ constexpr std::int64_t kLookUs = 1'000'000;
 constexpr std::int64_t kCameraStartUs = 5'000'000;
 constexpr double kMdegPerRad = 57295.779513082320;
 constexpr double kUmPerMetre = 1e6;
+
+std::int32_t whole(double value) noexcept {
+  return static_cast<std::int32_t>(std::clamp(value, -2147483647.0, 2147483647.0));
+}
 
 }  // namespace
 
@@ -71,8 +76,8 @@ void Heartbeat::look_at_camera(std::int64_t now_us) {
   const CameraStatus status = keeper.camera().status();
   health_.live = keeper.live();
   health_.sensor = sensor.judge(keeper.code(), status, health_.live, now_us);
-  health_.tilt_mdeg = static_cast<std::int32_t>(sensor.tilt_rad() * kMdegPerRad);
-  health_.belt_residual_um = static_cast<std::int32_t>(sensor.belt_drift().shift_m * kUmPerMetre);
+  health_.tilt_mdeg = whole(sensor.tilt_rad() * kMdegPerRad);
+  health_.belt_residual_um = whole(sensor.belt_drift().shift_m * kUmPerMetre);
   health_.foreign_sensor = parts_.exchange->job.foreign_sensor.load(std::memory_order_relaxed);
   health_.realtime_missing =
       memory_missing_ || keeper.scheduling_refused() || parts_.registration->scheduling_refused();

@@ -171,6 +171,7 @@ Code JobExecutor::attempt(const JobRequest& request, const FrameLease& lease,
   PlcResult& result = outcome.result;
   result.objects.clear();
   result.found = 0;
+  has_evidence_ = false;  // of an earlier frame, whose lease ends with this one's
   const Code bad_frame = judge_frame(frame);
   if (bad_frame != Code::Ok) return bad_frame;
   const JobContext context = context_of(request, frame);
@@ -217,7 +218,9 @@ void JobExecutor::remember(const JobRequest& request, const DepthFrame& frame,
 void JobExecutor::hand_over(const JobRequest& request) noexcept {
   if (!has_evidence_ || parts_.evidence == nullptr || request.kind != JobKind::Register) return;
   const std::uint16_t options = request.command.options;
-  const bool rejected = evidence_.result.code != Code::ObjectFound;
+  const Code code = evidence_.result.code;
+  const bool rejected =
+      code != Code::ObjectFound && code != Code::SurfaceGrasp && code != Code::RoiEmpty;
   const bool on_reject = parts_.snapshot_on_reject || (options & kOptionSnapshotOnReject) != 0;
   if ((options & kOptionSnapshotAlways) != 0 || (rejected && on_reject)) {
     parts_.evidence->put(evidence_);
@@ -230,10 +233,12 @@ void JobExecutor::run_save(const JobRequest& request, JobOutcome& outcome) noexc
   const auto command = static_cast<PlcCommandCode>(request.command.code);
   if (command == PlcCommandCode::GraspGood) evidence_.label = GraspLabel::Good;
   if (command == PlcCommandCode::GraspBad) evidence_.label = GraspLabel::Bad;
-  // The one before may still be under way to the disk.
+  // The one before may still be under way to the disk. Gives up before the field bus would answer
+  // that the job is late.
+  const std::int64_t give_up_us = request.deadline_us - 2 * Controller::kAnswerMarginUs;
   while (!parts_.evidence->put(evidence_)) {
     const std::int64_t now_us = clock_.now_us();
-    if (now_us >= request.deadline_us ||
+    if (now_us >= give_up_us ||
         parts_.exchange->cancel_of(request.number).load(std::memory_order_acquire)) {
       outcome.result.code = Code::Busy;
       return;
@@ -267,8 +272,8 @@ void JobExecutor::run_register(const JobRequest& request, JobOutcome& outcome) n
     result.code = attempt(request, lease.value(), static_cast<std::uint16_t>(quality), outcome);
     not_before_us = frame.exposure_us + 1;
     keep(std::move(lease.value()));
-    const bool final = result.code == Code::ObjectFound || result.code == Code::Aborted ||
-                       result.code == Code::JobDeadline;
+    const bool final = result.code == Code::ObjectFound || result.code == Code::SurfaceGrasp ||
+                       result.code == Code::Aborted || result.code == Code::JobDeadline;
     if (final || request.last_capture || clock_.now_us() >= request.deadline_us) return;
   }
 }

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/file.h"
 #include "pipeline/registrar.h"
 
 namespace grapnel {
@@ -67,8 +66,8 @@ Pose grasp_from_pick_of(const Preset& preset) {
 PresetOrigin origin_of(const Preset& preset, const Settings& settings) {
   PresetOrigin origin;
   origin.file = preset.file.filename().string();
-  const std::vector<std::byte> text = read_file(preset.file, kMaxConfigBytes);
-  origin.text.assign(reinterpret_cast<const char*>(text.data()), text.size());
+  origin.text = preset.text;
+  origin.config = settings.text;
   origin.overrides = settings.roi.overrides;
   origin.models_folder = settings.models_folder().string();
   for (const Model& model : preset.models) origin.models.push_back({model.name, model.hash});

@@ -205,8 +205,8 @@ std::filesystem::path Settings::state_folder() const {
   // systemd makes and owns the folder and names it here; a list is separated by colons.
   const char* given = std::getenv("STATE_DIRECTORY");
   if (given == nullptr || *given == '\0') return base / state.folder;
-  const std::string text(given);
-  return text.substr(0, text.find(':'));
+  const std::string folders(given);
+  return folders.substr(0, folders.find(':'));
 }
 
 Pose Settings::robot_from_camera() const {

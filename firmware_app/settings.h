@@ -107,6 +107,7 @@ struct RecordingSettings {
 /// grapnel.toml, taken apart and checked. Relative paths are already resolved.
 struct Settings {
   std::filesystem::path file;
+  std::string text;            ///< of the file
   std::filesystem::path base;  ///< folder that relative paths refer to
   GeneralSettings general;
   PresetSettings presets;

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "base/config.h"
-#include "base/formats/text_writer.h"
+#include "base/config_text.h"
 #include "base/input_error.h"
 #include "drivers/replay/image_file.h"
 #include "firmware_app/durable_file.h"
@@ -50,7 +50,7 @@ std::span<const std::byte> take_block(std::span<const std::byte>& rest, const st
 /// "key = value" lines of TOML.
 class Table {
  public:
-  void number(const char* key, double value) { text_ += key + (" = " + text(value)) + "\n"; }
+  void number(const char* key, double value) { text_ += key + (" = " + real_text(value)) + "\n"; }
   void integer(const char* key, std::int64_t value) {
     text_ += key + (" = " + std::to_string(value)) + "\n";
   }
@@ -59,18 +59,18 @@ class Table {
   }
   void words(const char* key, const std::vector<std::string>& values) {
     text_ += std::string(key) + " = [";
-    for (const std::string& value : values) text_ += quoted(value) + ", ";
+    for (const std::string& value : values) text_ += quoted_text(value) + ", ";
     text_ += "]\n";
   }
   void word(const char* key, const std::string& value) {
-    text_ += std::string(key) + " = " + quoted(value) + "\n";
+    text_ += std::string(key) + " = " + quoted_text(value) + "\n";
   }
   template <class Derived>
   void matrix(const char* key, const Eigen::MatrixBase<Derived>& values) {
     text_ += std::string(key) + " = [";
     for (Eigen::Index row = 0; row < values.rows(); ++row) {
       for (Eigen::Index column = 0; column < values.cols(); ++column) {
-        text_ += text(values(row, column)) + ", ";
+        text_ += real_text(values(row, column)) + ", ";
       }
     }
     text_ += "]\n";
@@ -78,21 +78,6 @@ class Table {
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
-  /// With a point or an exponent, so that minus zero stays what it is.
-  static std::string text(double value) {
-    std::string out;
-    append_number(out, value);
-    if (out.find_first_not_of("-0123456789") == std::string::npos) out += ".0";
-    return out;
-  }
-  static std::string quoted(const std::string& value) {
-    std::string out = "\"";
-    for (const char c : value) {
-      if (c == '"' || c == '\\') out += '\\';
-      out += c;
-    }
-    return out + "\"";
-  }
   std::string text_;
 };
 
@@ -281,7 +266,7 @@ std::vector<std::byte> encode_snapshot(const Snapshot& snapshot) {
   const JobEvidence& job = snapshot.evidence;
   parts["job.toml"] = bytes_of(job_text(snapshot));
   parts["preset.toml"] = bytes_of(snapshot.preset.text);
-  parts["grapnel.toml"] = bytes_of(snapshot.config);
+  parts["grapnel.toml"] = bytes_of(snapshot.preset.config);
   parts["report.txt"] = bytes_of(snapshot.report);
   parts["log.txt"] = bytes_of(snapshot.log);
   parts["depth.png"] = encode_depth_png(job.frame.depth);
@@ -320,7 +305,7 @@ Snapshot parse_snapshot(std::span<const std::byte> bytes_of_file, const std::str
   read_images(parts, name, snapshot);
   read_job(text_of(parts["job.toml"]), name + ": job.toml", snapshot);
   snapshot.preset.text = text_of(parts["preset.toml"]);
-  snapshot.config = text_of(parts["grapnel.toml"]);
+  snapshot.preset.config = text_of(parts["grapnel.toml"]);
   snapshot.report = text_of(parts["report.txt"]);
   snapshot.log = text_of(parts["log.txt"]);
   return snapshot;

@@ -18,8 +18,9 @@ struct SnapshotModel {
 
 /// Where a preset in use came from: enough to build it again.
 struct PresetOrigin {
-  std::string file;  ///< name of the preset's file
-  std::string text;
+  std::string config;                  ///< grapnel.toml, the text in use
+  std::string file;                    ///< name of the preset's file
+  std::string text;                    ///< of the preset's file
   std::vector<std::string> overrides;  ///< "key=value"
   std::string models_folder;
   std::vector<SnapshotModel> models;
@@ -33,7 +34,6 @@ struct Snapshot {
   std::vector<Rgb8> color;
   std::vector<std::uint16_t> background;
   PresetOrigin preset;
-  std::string config;  ///< grapnel.toml
   std::string build;
   std::string simd;
   std::string log;     ///< last lines before the job was saved

@@ -7,9 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/config.h"
-#include "base/file.h"
-
 namespace grapnel {
 namespace {
 
@@ -97,8 +94,6 @@ void SnapshotKeeper::save(const JobEvidence& evidence) {
   Snapshot snapshot;
   snapshot.evidence = evidence;
   snapshot.preset = parts_.origin(evidence.origin).value_or(PresetOrigin{});
-  const std::vector<std::byte> config = read_file(facts_.config, kMaxConfigBytes);
-  snapshot.config.assign(reinterpret_cast<const char*>(config.data()), config.size());
   snapshot.build = facts_.build;
   snapshot.simd = facts_.simd;
   snapshot.log = log_tail();

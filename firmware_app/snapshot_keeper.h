@@ -30,7 +30,6 @@ class SnapshotKeeper {
   struct Facts {
     std::filesystem::path folder;
     int keep = 0;  ///< 0: nothing is saved
-    std::filesystem::path config;
     std::string build;
     std::string simd;
   };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <fstream>
 #include <span>
 #include <system_error>
 
@@ -114,10 +113,8 @@ std::vector<Model> load_models(ConfigReader& reader, const fs::path& folder) {
   return models;
 }
 
-std::uint16_t fingerprint(const std::vector<Model>& models, const fs::path& file,
+std::uint16_t fingerprint(const std::vector<Model>& models, std::string text,
                           const std::vector<std::string>& overrides) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   for (const std::string& assignment : overrides) text += '\n' + assignment;
   for (const Model& model : models) text += '\n' + std::to_string(model.hash);
   return fingerprint16(std::as_bytes(std::span(text)));
@@ -129,7 +126,8 @@ Preset load_preset(const fs::path& file, const fs::path& models_folder,
                    const std::vector<std::string>& overrides) {
   Preset preset;
   preset.file = file;
-  preset.source = load_config(file);
+  preset.text = read_config_text(file);
+  preset.source = parse_config(preset.text, file.string());
   for (const std::string& assignment : overrides) apply_override(preset.source, assignment);
   if (!split_name(file, preset.number, preset.name)) preset.name = file.stem().string();
 
@@ -153,7 +151,7 @@ Preset load_preset(const fs::path& file, const fs::path& models_folder,
   method_slots().each([&](const auto& slot) { reader.take_tables(slot.table); });
   preset.models = load_models(reader, models_folder);
   reader.finish();
-  preset.fingerprint = fingerprint(preset.models, file, overrides);
+  preset.fingerprint = fingerprint(preset.models, preset.text, overrides);
   return preset;
 }
 

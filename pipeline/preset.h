@@ -28,7 +28,8 @@ struct Preset {
   std::vector<double>
       pick_offset_m;    ///< x y z in the grasp's frame, added to every grasp; or empty
   bool flip_z = false;  ///< half a turn about x of the grasp's frame: its z points the other way
-  ConfigTable source;   ///< the whole file, overrides applied
+  std::string text;     ///< of the file
+  ConfigTable source;   ///< the same read, overrides applied
 };
 
 /// Reads and checks a preset and its models (paths relative to `models_folder`). `overrides` are

@@ -108,6 +108,17 @@ TEST_F(ConfigKeeperTest, BuildsTheNewPresetBesideTheOld) {
   EXPECT_EQ(source_.last_memory.data(), memory_.data());
 }
 
+TEST_F(ConfigKeeperTest, AnUnforeseenFailureIsARefusalLikeAnyOther) {
+  start();
+  wish(ConfigAction::Select, 15);
+  EXPECT_EQ(state().answered, wishes_);
+  EXPECT_EQ(state().answer, Code::FileUnreadable);
+  edit(config_with(15));
+  EXPECT_EQ(state().active.number, 11);
+  EXPECT_EQ(state().refusals, 2U);
+  EXPECT_EQ(refusals_.size(), 2U);
+}
+
 TEST_F(ConfigKeeperTest, ARefusedFileKeepsTheOldPresetAndSaysWhy) {
   start();
   edit("active_preset = 12\n[camera]\ndriver = \"replay\"\n[memory]\nbudget_mb = 0\n");

@@ -149,6 +149,23 @@ TEST_F(ControllerTest, GivesTheTriggersCountWhereNoneIsStreamed) {
   EXPECT_EQ(result().enc_capture, 7U);
 }
 
+TEST_F(ControllerTest, GivesNoPoseOfASensorThatLooksElsewhere) {
+  for (const Code sensor :
+       {Code::SensorMoved, Code::WarmingUp, Code::WrongSerial, Code::ClockFault}) {
+    health_.sensor = Code::SensorHealthy;
+    exchange_->health.publish(health_);
+    send(PlcCommandCode::Register);
+    ASSERT_TRUE(take_job());
+    health_.sensor = sensor;
+    exchange_->health.publish(health_);
+    finish_job(Code::ObjectFound, true);
+    EXPECT_FALSE(flag(kFlagResultValid));
+    EXPECT_TRUE(flag(kFlagDone));
+    EXPECT_EQ(result().code, sensor);
+    EXPECT_TRUE(result().objects.empty());
+  }
+}
+
 TEST_F(ControllerTest, TriggerRunsFromAcceptanceToLatchedResult) {
   EXPECT_EQ(send(PlcCommandCode::Register, {.part_tag = 99}), Code::Accepted);
   EXPECT_EQ(status().ack_seq, 1);

@@ -96,6 +96,7 @@ class FakePresetSource final : public PresetSource {
   }
   void check(const Settings&, std::uint16_t number, std::size_t) override {
     if (number == 13) throw ConfigProblem(Code::PresetInvalid, "13-broken.toml:4: bad value");
+    if (number == 15) throw std::filesystem::filesystem_error("deleted meanwhile", {});
     if (number == 14) throw ConfigProblem(Code::OverMemoryBudget, "14-large.toml: too large");
     if (number != 11 && number != 12) throw ConfigProblem(Code::PresetMissing, "no such preset");
   }

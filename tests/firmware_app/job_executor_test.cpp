@@ -8,6 +8,7 @@
 
 #include "base/math.h"
 #include "base/running_stage.h"
+#include "firmware_app/controller.h"
 #include "firmware_app/realtime.h"
 #include "tests/firmware_app/fakes.h"
 
@@ -28,6 +29,7 @@ class JobExecutorTest : public ::testing::Test {
     memory_ = std::make_unique<MemoryBlock>(bytes);
     Arena arena(memory_->span());
     background_.reserve(arena, kWidth, kHeight, 3);
+    evidence_.reserve(arena, kWidth, kHeight, false);
     auto runner = std::make_unique<test::FakeRunner>();
     runner_ = runner.get();
     runner_->answer = [this](const DepthFrame&, const JobContext&) { return accepted(); };
@@ -50,9 +52,10 @@ class JobExecutorTest : public ::testing::Test {
   }
 
   void make_executor() {
-    executor_ = std::make_unique<JobExecutor>(
-        ExecutorParts{clock(), &pool_, &camera_, &background_, &exchange_, &progress_, &stage_},
-        capture_, 3);
+    executor_ =
+        std::make_unique<JobExecutor>(ExecutorParts{clock(), &pool_, &camera_, &background_,
+                                                    &exchange_, &progress_, &stage_, &evidence_},
+                                      capture_, 3);
     executor_->use(&preset_);
   }
   virtual const Clock* clock() { return &clock_; }
@@ -96,6 +99,7 @@ class JobExecutorTest : public ::testing::Test {
   FramePool pool_{6, kWidth, kHeight, false};
   test::StatusCamera camera_;
   Background background_;
+  EvidenceSlot evidence_;
   std::unique_ptr<MemoryBlock> memory_;
   JobExchange exchange_;
   std::atomic<std::uint64_t> progress_{0};
@@ -271,6 +275,64 @@ TEST_F(JobExecutorTest, RetriesOnFurtherFramesUntilOneIsAccepted) {
   EXPECT_EQ(result.frame_id, 5U);
   EXPECT_EQ(result.objects[0].quality_bits & kQualityRetried, kQualityRetried);
   EXPECT_EQ(runner_->runs, 3);
+}
+
+TEST_F(JobExecutorTest, RetriesNoFurtherThanASurfaceGrasp) {
+  publish(20'000, 3);
+  publish(53'000, 4, 0);  // would answer that depth is invalid
+  runner_->answer = [](const DepthFrame&, const JobContext&) {
+    RegistrationReports reports = accepted();
+    reports.code = Code::SurfaceGrasp;
+    return reports;
+  };
+  request_.with_retries = true;
+  EXPECT_EQ(run().code, Code::SurfaceGrasp);
+  EXPECT_EQ(outcome_.result.objects.size(), 1U);
+}
+
+TEST_F(JobExecutorTest, KeepsEvidenceOfARejectionButNotOfAnEmptyBelt) {
+  const std::pair<Code, bool> cases[] = {{Code::NoConsensus, true},
+                                         {Code::RoiEmpty, false},
+                                         {Code::SurfaceGrasp, false},
+                                         {Code::ObjectFound, false}};
+  for (const auto& [code, kept] : cases) {
+    publish(20'000, 3);
+    runner_->answer = [code = code](const DepthFrame&, const JobContext&) {
+      RegistrationReports reports;
+      reports.code = code;
+      return reports;
+    };
+    run();
+    executor_->hand_over(request_);
+    EXPECT_EQ(evidence_.peek() != nullptr, kept) << static_cast<int>(code);
+    evidence_.release();
+  }
+}
+
+TEST_F(JobExecutorTest, ALossyLastFrameLeavesNoEvidenceOfTheFrameBefore) {
+  publish(20'000, 3);
+  publish(53'000, 4, 1000, 51);
+  runner_->answer = [](const DepthFrame&, const JobContext&) -> Result<RegistrationReports> {
+    return Error{Code::NoConsensus, Stage::Coarse};
+  };
+  preset_.profile.retries = 1;
+  request_.with_retries = true;
+  EXPECT_EQ(run().code, Code::LostPackets);
+  executor_->hand_over(request_);
+  EXPECT_EQ(evidence_.peek(), nullptr);
+  request_.kind = JobKind::SaveSnapshot;
+  EXPECT_EQ(run().code, Code::BadParameter);
+}
+
+TEST_F(JobExecutorTest, ASnapshotThatWaitsForTheDiskIsBusyNotLate) {
+  publish(20'000, 3);
+  run();
+  executor_->hand_over(request_);
+  JobEvidence other;
+  ASSERT_TRUE(evidence_.put(other));  // the disk is still at an earlier one
+  clock_.advance_us(request_.deadline_us - 2 * Controller::kAnswerMarginUs - clock_.now_us());
+  request_.kind = JobKind::SaveSnapshot;
+  EXPECT_EQ(run().code, Code::Busy);
 }
 
 TEST_F(JobExecutorTest, CaptureKeepsTheFrameForALaterRegistration) {

@@ -51,12 +51,12 @@ class SnapshotTest : public ::testing::Test {
   [[nodiscard]] Snapshot snapshot() const {
     Snapshot snapshot;
     snapshot.evidence = evidence_;
-    snapshot.preset = {"11-box.toml",
+    snapshot.preset = {"active_preset = 11\n",
+                       "11-box.toml",
                        "# a \"quoted\" text\n",
                        {"roi=\"x\\y\""},
                        "/m",
                        {{"box", 0xfedcba9876543210U}}};
-    snapshot.config = "active_preset = 11\n";
     snapshot.build = "0.1.0-abc";
     snapshot.simd = "AVX2";
     snapshot.log = "one\ntwo\n";
@@ -121,13 +121,12 @@ class SnapshotKeeperTest : public SnapshotTest {
   SnapshotKeeperTest() : memory_(64 * 1024) {
     Arena arena(memory_.span());
     slot_.reserve(arena, kWidth, kHeight, true);
-    config_ = folder_.write("grapnel.toml", "active_preset = 11\n");
   }
   std::unique_ptr<SnapshotKeeper> keeper(int keep) {
     return std::make_unique<SnapshotKeeper>(
         SnapshotKeeper::Parts{&slot_, [](std::uint32_t) { return std::optional<PresetOrigin>(); },
                               [this](const std::string& line) { complaints_.push_back(line); }},
-        SnapshotKeeper::Facts{folder_.path() / "snapshots", keep, config_, "build", "simd"});
+        SnapshotKeeper::Facts{folder_.path() / "snapshots", keep, "build", "simd"});
   }
   void save(SnapshotKeeper& keeper, std::uint32_t job) {
     evidence_.job = job;
@@ -145,7 +144,6 @@ class SnapshotKeeperTest : public SnapshotTest {
 
   MemoryBlock memory_;
   EvidenceSlot slot_;
-  std::filesystem::path config_;
   std::vector<std::string> complaints_;
 };
 

@@ -126,7 +126,8 @@ TEST(DamagedFiles, SnapshotsAreReadOrRefused) {
   job.context.background.depth = job.frame.depth;
   job.context.background.has_plane = true;
   job.context.background.plane_normal = {0.0, 0.0, -1.0};
-  snapshot.preset = {"10-x.toml", "[preset]\n", {"a=1"}, "models", {{"m", 7}}};
+  snapshot.preset = {
+      "active_preset = 10\n", "10-x.toml", "[preset]\n", {"a=1"}, "models", {{"m", 7}}};
   snapshot.report = "code = 1100\n";
   const std::vector<std::byte> bytes = encode_snapshot(snapshot);
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());

@@ -51,7 +51,7 @@ TEST(Snapshots, ARejectedJobReplaysToAByteIdenticalReport) {
   EXPECT_NE(file.string().find("tag0000beef"), std::string::npos);
   const Snapshot snapshot = read_snapshot(file);
   EXPECT_EQ(snapshot.evidence.result.code, answer.reading.result.code);
-  EXPECT_EQ(snapshot.config, site.read("grapnel.toml"));
+  EXPECT_EQ(snapshot.preset.config, site.read("grapnel.toml"));
   EXPECT_EQ(snapshot.preset.text, site.read("presets/11-box.toml"));
   EXPECT_FALSE(snapshot.build.empty());
   const fs::path report = site.folder() / "report.txt";
