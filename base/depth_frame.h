@@ -21,6 +21,7 @@ struct DepthFrame {
   std::uint64_t sequence = 0;      ///< counts frames of the sensor, gaps included
   std::uint32_t lost_packets = 0;  ///< of this frame; its gaps may hold stale pixels
   bool recorded = false;           ///< from a recording: not live
+  bool corrected = false;          ///< by the unit's calibration: not to be corrected once more
 };
 
 /// Share of the pixels that have a reading. O(pixels).

@@ -66,6 +66,7 @@ class CorrectedCamera final : public Camera, private FrameFilter {
  private:
   void take(const CameraInfo& info) {
     file_.reset();
+    if (info.corrected) return;
     const bool folder = std::filesystem::is_directory(calibration_);
     const std::filesystem::path file =
         folder ? calibration_ / (info.serial + ".toml") : calibration_;
@@ -100,6 +101,7 @@ class CorrectedCamera final : public Camera, private FrameFilter {
     correction_.apply({slot.depth, pixels}, scratch_);
     frame.intrinsics = file_->intrinsics();
     frame.baseline_m = file_->baseline_m;
+    frame.corrected = true;
   }
 
   std::unique_ptr<Camera> camera_;

@@ -20,7 +20,8 @@ struct CameraInfo {
   double baseline_m = 0.075;
   double nominal_rate_hz = 30.0;
   bool has_color = false;
-  bool live = true;  ///< false: recorded or simulated data; the PLC sees REPLAY
+  bool live = true;        ///< false: recorded or simulated data; the PLC sees REPLAY
+  bool corrected = false;  ///< its frames are: DepthFrame::corrected
 };
 
 enum class CameraState : std::uint8_t {

@@ -9,7 +9,7 @@ class Clock;
 }  // namespace grapnel
 
 /// Raised with every change to GrapnelCameraPlugin, grapnel::Camera or what they hand over.
-inline constexpr std::uint32_t kGrapnelCameraAbi = 2;
+inline constexpr std::uint32_t kGrapnelCameraAbi = 3;
 
 extern "C" {
 

@@ -8,29 +8,26 @@ namespace grapnel {
 
 OniReader::OniReader(std::filesystem::path player, std::filesystem::path file)
     : player_(std::move(player)), file_(std::move(file)) {
-  for (;;) {
-    try {
-      begin();
-      return;
-    } catch (const OniPlayerLost&) {
-      if (++in_a_row_ >= kMaxLosses) throw;
-      ++losses_;
-    }
-  }
+  begin();
 }
 
 void OniReader::begin() {
   child_.reset();
-  child_ = std::make_unique<OniChild>(player_, file_, kSilence_us);
+  while (child_ == nullptr) {
+    try {
+      child_ = std::make_unique<OniChild>(player_, file_, kSilence_us);
+    } catch (const OniPlayerLost&) {
+      count_loss();
+    }
+  }
   depth_here_ = 0;
   color_here_ = 0;
   heard_us_ = MonotonicClock().now_us();
 }
 
-void OniReader::replace() {
-  ++losses_;
+void OniReader::count_loss() {
   if (++in_a_row_ >= kMaxLosses) throw;
-  begin();
+  ++losses_;
 }
 
 bool OniReader::seen_before(const OniRecord& record) noexcept {
@@ -47,6 +44,7 @@ bool OniReader::seen_before(const OniRecord& record) noexcept {
 std::optional<OniRecord> OniReader::next(std::int64_t limit_us, std::vector<std::byte>& bytes) {
   const MonotonicClock clock;
   const std::int64_t until_us = clock.now_us() + limit_us;
+  if (child_ == nullptr) begin();
   for (;;) {
     try {
       const std::int64_t left_us = until_us - clock.now_us();
@@ -59,7 +57,8 @@ std::optional<OniRecord> OniReader::next(std::int64_t limit_us, std::vector<std:
       }
       if (now_us >= until_us) return std::nullopt;  // also amid frames already seen
     } catch (const OniPlayerLost&) {
-      replace();
+      count_loss();
+      begin();
     }
   }
 }

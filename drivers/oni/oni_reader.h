@@ -33,9 +33,10 @@ class OniReader {
   [[nodiscard]] pid_t player() const noexcept { return child_->pid(); }
 
  private:
+  /// Starts a player, another one where it is lost before it plays.
   void begin();
-  /// Replaces the player; rethrows when there is no hope.
-  void replace();
+  /// Within a handler of OniPlayerLost: rethrows when there is no hope.
+  void count_loss();
   [[nodiscard]] bool seen_before(const OniRecord& record) noexcept;
 
   std::filesystem::path player_;

@@ -55,6 +55,7 @@ FieldTable CameraFile::fields() noexcept {
       numbers_field<&C::invalid>("invalid", "", 0.0, 65535.0,
                                  "counts that mean no reading, beside 0"),
       text_field<&C::serial>("serial", "of the sensor"),
+      bool_field<&C::corrected>("corrected", "the unit's calibration is in the stored images"),
       numbers_field<&C::ir_shift_px>("ir_shift_px", "px", -64.0, 64.0,
                                      "u, v from the depth image to the infrared image that fx, fy, "
                                      "cx, cy are of; empty: none"),

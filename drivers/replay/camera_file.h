@@ -26,6 +26,7 @@ struct CameraFile {
   double baseline_m = 0.075;
   std::vector<double> invalid = {0.0, 65535.0};  ///< counts that mean "no reading"; 0 always does
   std::string serial;
+  bool corrected = false;  ///< the stored depth and colour went through the unit's calibration
   /// fx…cy are of the infrared image, whose pixel (u + shift 0, v + shift 1) is depth pixel (u, v);
   /// empty: they are of the depth image.
   std::vector<double> ir_shift_px;
@@ -47,6 +48,10 @@ struct CameraFile {
   }
   [[nodiscard]] bool corrects_depth() const noexcept {
     return !disparity_law.empty() || grid_columns > 0;
+  }
+  /// Whether the frames that come of it are corrected: here, or before they were stored.
+  [[nodiscard]] bool corrects() const noexcept {
+    return corrected || corrects_depth() || !distortion.empty();
   }
   [[nodiscard]] static FieldTable fields() noexcept;
 };

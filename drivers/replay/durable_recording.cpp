@@ -76,6 +76,7 @@ CameraFile camera_file_of(const DepthFrame& frame, const std::string& serial) {
   file.baseline_m = frame.baseline_m;
   file.invalid = {0.0};  // a frame of the pool has no other marker
   file.serial = serial;
+  file.corrected = frame.corrected;
   return file;
 }
 

@@ -64,6 +64,7 @@ DepthFrame FrameFile::frame() const noexcept {
   frame.device_us = time_us;
   frame.sequence = number;
   frame.recorded = true;
+  frame.corrected = camera.corrects();
   return frame;
 }
 

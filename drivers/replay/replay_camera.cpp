@@ -41,6 +41,7 @@ Result<CameraInfo> ReplayCamera::open() {
   info.driver = "replay";
   info.model = "recording " + options_.path;
   info.serial = camera.serial;
+  info.corrected = camera.corrects();
   info.intrinsics = camera.intrinsics();
   info.metres_per_unit = camera.metres_per_unit;
   info.baseline_m = camera.baseline_m;
@@ -233,6 +234,7 @@ void ReplayCamera::publish(const DecodedFrame& decoded) noexcept {
   frame.device_us = device_base_us_ + order_->offset_us(decoded.n);
   frame.sequence = sequence_base_ + decoded.n;
   frame.recorded = true;
+  frame.corrected = camera.corrects();
   last_exposure_us_ = frame.exposure_us;
   slot->frame = frame;
   counters_.frames.fetch_add(1, std::memory_order_relaxed);

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "drivers/registry.h"
 #include "drivers/replay/depth_correction.h"
+#include "drivers/replay/durable_recording.h"
 #include "drivers/replay/recording.h"
 #include "tests/support/small_recording.h"
 #include "tests/support/temp_folder.h"
@@ -183,6 +184,33 @@ TEST_F(Corrected, AMissingFileIsAProblemOfTheConfiguration) {
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()).find("g.toml:4: calibration: "), 0U) << error.what();
   }
+}
+
+TEST_F(Corrected, AFrameSaysSoAndSoDoesTheRecordingOfIt) {
+  calibrate(with_grid(), "camera.toml");
+  const auto tested = make("camera.toml");
+  ASSERT_TRUE(tested->open().ok()) << tested->problem();
+  const FrameLease lease = first(*tested);
+  EXPECT_TRUE(lease.frame().corrected);
+  EXPECT_TRUE(camera_file_of(lease.frame(), "SMALL-1").corrected);
+}
+
+TEST_F(Corrected, ARecordingOfCorrectedFramesIsNotCorrectedAgain) {
+  CameraFile stored = test::small_camera();
+  stored.corrected = true;
+  calibrate(stored, "r/camera.toml");
+  calibrate(with_grid(), "camera.toml");
+  const auto tested = make("camera.toml");
+  ASSERT_TRUE(tested->open().ok()) << tested->problem();
+  const FrameLease lease = first(*tested);
+  EXPECT_TRUE(lease.frame().corrected);
+  const auto same_as = [&](std::size_t recorded) {
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      if (lease.frame().depth.data[i] != test::small_depth(recorded, i)) return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(same_as(0) || same_as(1) || same_as(2));
 }
 
 TEST_F(Corrected, ARecordingsOwnCameraFileCorrectsItToo) {

@@ -204,6 +204,21 @@ TEST_F(OniFile, GoesOnWhereItWasWhenThePlayerHangs) {
   EXPECT_EQ(reader.losses(), 1);
 }
 
+TEST_F(OniFile, TriesAgainWhenAReplacementDiesBeforeItPlays) {
+  // Every second player ends at once.
+  const std::string count = (folder_ / "players").string();
+  const std::filesystem::path player = folder_ / "player.sh";
+  std::ofstream(player) << "#!/bin/sh\necho >>" << count << "\n[ $(($(wc -l <" << count
+                        << ") % 2)) = 0 ] && exit 1\nexec " << kPlayer << " \"$@\"\n";
+  std::filesystem::permissions(player, std::filesystem::perms::owner_all);
+  OniReader reader(player, record());
+  const Played played = play(reader, [&](std::size_t frame) {
+    if (frame == 3) ::kill(reader.player(), SIGKILL);
+  });
+  EXPECT_EQ(static_cast<std::int64_t>(played.depth.size()), reader.head().depth_frames);
+  EXPECT_EQ(reader.losses(), 2);
+}
+
 TEST_F(OniFile, GivesUpWithOneLineWhenNoPlayerGetsFurther) {
   EXPECT_THROW(OniReader("/bin/true", record()), OniPlayerLost);
 }
