@@ -181,9 +181,7 @@ Status FrameJob::describe(const DepthFrame& frame, const ObjectGroup& group) noe
   // Radii given in spacings must mean the same on the model and here.
   surface.spacing_m = s_.spacing_m;
   s_.object.samples.draw(surface, rng_.split(2));
-  middle_ = Vec3d::Zero();
-  for (std::size_t i = 0; i < surface.size; ++i) middle_ += surface.point(i).cast<double>();
-  middle_ /= static_cast<double>(surface.size);
+  middle_ = centroid(surface);
   ground_ = {};
   if (s_.background.plane_count > 0) {
     ground_ = {s_.background.planes[0].normal, s_.background.planes[0].offset_m};
@@ -194,11 +192,15 @@ Status FrameJob::describe(const DepthFrame& frame, const ObjectGroup& group) noe
   }
 
   if (const Status status = watch_.enter(Stage::Keypoints); !status.ok()) return status;
-  if (!s_.stages.keypoints->detect(surface, s_.object.keypoints).ok()) s_.object.keypoints.clear();
+  const bool by_features = s_.stages.coarse->needs_correspondences();
+  DescribedSurface& object = s_.object;
+  if (!by_features || !s_.stages.keypoints->detect(surface, object.keypoints).ok()) {
+    object.keypoints.clear();
+  }
   if (const Status status = watch_.enter(Stage::Descriptors); !status.ok()) return status;
-  if (!s_.stages.descriptors->describe(surface, s_.object.keypoints.span(), s_.object.features)
-           .ok()) {
-    s_.object.features.rows = 0;
+  if (!by_features ||
+      !s_.stages.descriptors->describe(surface, object.keypoints.span(), object.features).ok()) {
+    object.features.rows = 0;
   }
 
   view_component(group.whole, group.label);
@@ -244,14 +246,23 @@ MeasuredObject FrameJob::measured() noexcept {
 Status FrameJob::register_models(bool& accepted) noexcept {
   RegistrationReport best;
   bool reported = false;
+  double rival = 0.0;  // quality of the second-best part that passes
   for (std::size_t i = 0; i < s_.models.size(); ++i) {
     if (i < 32 && (context_.model_mask >> i & 1U) == 0) continue;
     RegistrationReport report;
     if (const Status status = register_model(i, report); !status.ok()) return status;
     const bool better = !reported || (report.accepted && !best.accepted) ||
                         (report.accepted == best.accepted && report.quality > best.quality);
+    const RegistrationReport& other = better ? best : report;
+    if (reported && other.accepted) rival = std::max(rival, other.quality);
     if (better) best = report;
     reported = true;
+  }
+  // Where two parts pass on one piece it is not known which of them lies there.
+  const double min_margin = s_.stages.params.verdict.min_margin;
+  if (rival > (1.0 - min_margin) * best.quality) {
+    best.margin = std::max(0.0, 1.0 - rival / best.quality);
+    reject_for({Check::Margin, best.margin, min_margin}, best);
   }
   accepted = reported && best.accepted;
   if (!reported) return {};

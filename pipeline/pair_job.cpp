@@ -50,9 +50,7 @@ bool copy_points(const Surface& from, Surface& to) noexcept {
 }
 
 void measure(const Surface& raw, ViewIndex& view) noexcept {
-  view.centre = Vec3d::Zero();
-  for (std::size_t i = 0; i < raw.size; ++i) view.centre += raw.point(i).cast<double>();
-  view.centre /= static_cast<double>(raw.size);
+  view.centre = centroid(raw);
   double square = 0.0;
   for (std::size_t i = 0; i < raw.size; ++i) {
     square += (raw.point(i).cast<double>() - view.centre).squaredNorm();
@@ -175,9 +173,13 @@ Status PairJob::prepare(double spacing_m, ViewIndex& view) noexcept {
 Status PairJob::describe(ViewIndex& view, std::uint64_t stream) noexcept {
   view.samples.draw(view.coarse, rng_.split(stream));
   if (const Status status = watch_.enter(Stage::Keypoints); !status.ok()) return status;
-  if (!s_.stages.keypoints->detect(view.coarse, view.keypoints).ok()) view.keypoints.clear();
+  const bool by_features = s_.stages.coarse->needs_correspondences();
+  if (!by_features || !s_.stages.keypoints->detect(view.coarse, view.keypoints).ok()) {
+    view.keypoints.clear();
+  }
   if (const Status status = watch_.enter(Stage::Descriptors); !status.ok()) return status;
-  if (!s_.stages.descriptors->describe(view.coarse, view.keypoints.span(), view.features).ok()) {
+  if (!by_features ||
+      !s_.stages.descriptors->describe(view.coarse, view.keypoints.span(), view.features).ok()) {
     view.features.rows = 0;
   }
   return {};

@@ -28,8 +28,9 @@ FieldTable general_fields() noexcept {
       number_field<&P::common_error_sigmas>(
           "common_error_sigmas", "sigmas", 0.0, 100.0,
           "error along the view that all readings of a part share"),
-      number_field<&P::max_components>("max_components", "", 1, 32,
-                                       "objects looked at in one frame, largest first"),
+      number_field<&P::max_components>(
+          "max_components", "", 1, 32,
+          "objects looked at in vain, largest first, before the search ends"),
       number_field<&P::max_visible_ratio>(
           "max_visible_ratio", "", 0.0, 1000.0,
           "objects larger than this times the model's largest view are passed over; 0 = none"),

@@ -29,7 +29,7 @@ struct GeneralParams {
   double pose_error_px = 20.0;       ///< readings that count as one in a pose's covariance
   double common_error_px = 0.3;      ///< 1-sigma across the view that a part's readings share
   double common_error_sigmas = 0.1;  ///< the same along the view, in sigmas of a reading
-  std::size_t max_components = 6;    ///< objects looked at in one frame, largest first
+  std::size_t max_components = 6;    ///< objects looked at in vain in one frame, largest first
   double max_visible_ratio = 0.0;    ///< × the model's largest projected area: larger objects are
                                      ///< passed over; 0 = none
   double min_visible_ratio = 0.3;  ///< × the model's smallest projected area: smaller objects are

@@ -1,5 +1,6 @@
 #include "pipeline/coarse/generator_chain.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -19,6 +20,11 @@ GeneratorChain::GeneratorChain(std::vector<std::unique_ptr<HypothesisGenerator>>
 void GeneratorChain::reserve(Arena& arena, const Limits& limits) {
   for (const auto& generator : generators_) generator->reserve(arena, limits);
   if (some_without_score_) unrated_ = Hypotheses(arena.take<Hypothesis>(kept_));
+}
+
+bool GeneratorChain::needs_correspondences() const noexcept {
+  return std::any_of(generators_.begin(), generators_.end(),
+                     [](const auto& generator) { return generator->needs_correspondences(); });
 }
 
 Status GeneratorChain::generate(const PairView& pair, const Correspondences& correspondences,

@@ -16,6 +16,7 @@ class GeneratorChain final : public HypothesisGenerator {
 
   void reserve(Arena& arena, const Limits& limits) override;
   [[nodiscard]] bool supports_by_score() const noexcept override { return true; }
+  [[nodiscard]] bool needs_correspondences() const noexcept override;
   /// Fine when one of them is; else the error of the last. BadParameter where there is no score.
   Status generate(const PairView& pair, const Correspondences& correspondences, Rng& rng,
                   Hypotheses& hypotheses) noexcept override;

@@ -129,6 +129,38 @@ TEST(Registrar, ABoxOfAnotherSizeIsRejected) {
   }
 }
 
+TEST(Registrar, LooksForFeaturesOnlyWhereAGeneratorUsesThem) {
+  const test::BoxScene scene = scene_with({place(0.02, 0.01, 0.4)});
+  for (const bool by_features : {true, false}) {
+    const std::string method = by_features ? "surface_ransac" : "plane_frames";
+    const auto registrar = Registrar::create(box_preset({"coarse.method=" + method}));
+    const Result<RegistrationReports> result = registrar->run(scene.frame(), {});
+    ASSERT_TRUE(result.ok());
+    EXPECT_TRUE(result.value().objects[0].accepted) << reasons_of(result.value().objects[0]);
+    EXPECT_EQ(result.value().counts.target_keypoints > 0, by_features);
+  }
+}
+
+TEST(Registrar, APartThatTwoModelsFitIsAmbiguous) {
+  // 2 mm less in height: within what the camera measures, so both fit.
+  Preset preset = box_preset();
+  preset.models.push_back(test::box_model(kSize_m - Vec3d(0.0, 0.0, 0.002), 0.005));
+  preset.models.back().name = "lower box";
+  const auto registrar = Registrar::create(preset);
+  const test::BoxScene scene = scene_with({place(0.0, 0.0, 0.4)});
+  JobContext either_alone;
+  for (const std::uint32_t mask : {1U, 2U}) {
+    either_alone.model_mask = mask;
+    const Result<RegistrationReports> alone = registrar->run(scene.frame(), either_alone);
+    ASSERT_TRUE(alone.ok());
+    EXPECT_TRUE(alone.value().objects[0].accepted) << reasons_of(alone.value().objects[0]);
+  }
+  const Result<RegistrationReports> result = registrar->run(scene.frame(), {});
+  ASSERT_TRUE(result.ok());
+  EXPECT_FALSE(result.value().objects[0].accepted);
+  EXPECT_EQ(result.value().code, Code::Ambiguous);
+}
+
 TEST(Registrar, AHandInViewWithoutThePartIsRejected) {
   const auto registrar = Registrar::create(box_preset());
   test::BoxScene scene(640, 480, 540.0, kBelt_m);
