@@ -63,6 +63,14 @@ Vec3d vector_from_rotation(const Mat3d& r) noexcept {
   return axis * angle_rad;
 }
 
+Mat3d frame_about(const Vec3d& axis) noexcept {
+  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
+  const Vec3d across = other.cross(axis).normalized();
+  Mat3d frame;
+  frame << axis, across, axis.cross(across);
+  return frame;
+}
+
 bool is_rigid(const Mat4d& matrix, double tolerance) noexcept {
   if (!matrix.allFinite()) return false;
   const Mat3d r = matrix.topLeftCorner<3, 3>();

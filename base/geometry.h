@@ -40,6 +40,9 @@ struct Intrinsics {
 /// positive.
 [[nodiscard]] Vec3d vector_from_rotation(const Mat3d& rotation) noexcept;
 
+/// A right-handed frame about a unit vector; columns: the vector and two unit vectors across it.
+[[nodiscard]] Mat3d frame_about(const Vec3d& axis) noexcept;
+
 /// True when the upper 3×3 is a rotation within `tolerance` and the last row is 0 0 0 1.
 [[nodiscard]] bool is_rigid(const Mat4d& matrix, double tolerance) noexcept;
 

@@ -61,9 +61,9 @@ struct Model {
 [[nodiscard]] Pose canonical_pose(const Pose& camera_from_model, const Pose& model_from_grasp,
                                   Symmetry symmetry) noexcept;
 
-/// "none", "x180", …; the reverse throws InputError.
 /// 0, 1 or 2: the axis about which the model turns freely; -1: none.
 [[nodiscard]] int free_axis(Symmetry symmetry) noexcept;
+/// "none", "x180", …; the reverse throws InputError.
 [[nodiscard]] const char* symmetry_name(Symmetry symmetry) noexcept;
 [[nodiscard]] Symmetry symmetry_from_name(const std::string& name);
 

@@ -35,6 +35,12 @@ void Surface::clear() noexcept {
   spacing_m = 0.0;
 }
 
+Vec3d centroid(const Surface& surface) noexcept {
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < surface.size; ++i) sum += surface.point(i).cast<double>();
+  return surface.size == 0 ? sum : Vec3d(sum / static_cast<double>(surface.size));
+}
+
 std::uint64_t hash_points(const Surface& surface) noexcept {
   std::uint64_t hash = surface.size;
   for (const std::span<float> plane :

@@ -49,6 +49,9 @@ struct Surface {
   void clear() noexcept;
 };
 
+/// Mean of all points; zero without any. O(n).
+[[nodiscard]] Vec3d centroid(const Surface& surface) noexcept;
+
 /// Hash of all points and normals. O(n).
 [[nodiscard]] std::uint64_t hash_points(const Surface& surface) noexcept;
 

@@ -1,11 +1,11 @@
 #include "pipeline/surface_grasp.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "base/math.h"
+#include "pipeline/neighbours/symmetric3.h"
 
 namespace grapnel {
 namespace {
@@ -29,18 +29,17 @@ struct Footprint {
 
 struct Moments {
   Vec3d sum = Vec3d::Zero();
-  Mat3d square = Mat3d::Zero();
+  Symmetric3 square;
   double count = 0.0;
 
   /// About `origin`, so that numbers stay small.
   void add(const Vec3d& offset) noexcept {
     sum += offset;
-    square += offset * offset.transpose();
+    square.add(offset.x(), offset.y(), offset.z());
     count += 1.0;
   }
-  [[nodiscard]] Eigen::SelfAdjointEigenSolver<Mat3d> axes() const noexcept {
-    const Vec3d mean = sum / count;
-    return Eigen::SelfAdjointEigenSolver<Mat3d>(square / count - mean * mean.transpose());
+  [[nodiscard]] Eigen3 axes() const noexcept {
+    return eigen_symmetric3(square.over(count).about(sum / count));
   }
 };
 
@@ -80,11 +79,11 @@ class Finder {
       }
     }
     if (moments.count < 6.0) return false;
-    const Eigen::SelfAdjointEigenSolver<Mat3d> axes = moments.axes();
-    footprint.normal = axes.eigenvectors().col(0);
+    const Eigen3 axes = moments.axes();
+    footprint.normal = axes.vectors.col(0);
     if (footprint.normal.dot(centre) > 0.0) footprint.normal = -footprint.normal;
     footprint.mean = centre + moments.sum / moments.count;
-    footprint.deviation_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]));
+    footprint.deviation_m = std::sqrt(std::max(0.0, axes.values[0]));
     footprint.filled = moments.count / wanted;
     return true;
   }
@@ -99,7 +98,7 @@ class Finder {
       }
     }
     if (moments.count < 3.0) return Vec3d::UnitX();
-    return moments.axes().eigenvectors().col(2);
+    return moments.axes().vectors.col(2);
   }
 
  private:

@@ -44,7 +44,7 @@ std::string key_of(const JobInputs& inputs, const std::string& preset,
                    const std::vector<std::string>& overrides, const Extent& extent) {
   std::string key = preset + '\n';
   for (const std::string& assignment : overrides) key += assignment + '\n';
-  if (inputs.kind == JobKind::Object) {
+  if (inputs.kind == RegistrationKind::Object) {
     key += inputs.source + '\n' + (inputs.symmetry ? symmetry_name(*inputs.symmetry) : "") + '\n';
   }
   return key + std::to_string(extent.width) + ' ' + std::to_string(extent.height) + ' ' +
@@ -58,7 +58,7 @@ PreparedRegistrar prepare(const JobInputs& inputs, const std::string& preset,
   extent.raise(loaded.limits);
   PreparedRegistrar prepared;
   loaded.models.clear();
-  if (inputs.kind == JobKind::Object) {
+  if (inputs.kind == RegistrationKind::Object) {
     if (!is_cloud_name(inputs.source)) {
       throw InputError(inputs.source + ": a model is a .ply or .pcd file");
     }
@@ -86,7 +86,7 @@ Job::Job(const JobInputs& inputs, const std::string& preset,
     : kind_(inputs.kind), target_(load_input(inputs.target, inputs.target_options)) {
   Extent extent;
   extent.include(target_);
-  if (kind_ == JobKind::Pair) {
+  if (kind_ == RegistrationKind::Pair) {
     source_ = load_input(inputs.source, inputs.source_options);
     extent.include(*source_);
   }
@@ -112,11 +112,11 @@ Answer Job::run() {
     if (model()) answer.model = model()->name;
     return answer;
   };
-  if (kind_ == JobKind::Object && target_.is_frame()) {
+  if (kind_ == RegistrationKind::Object && target_.is_frame()) {
     return answer_of(prepared_->registrar->run(target_.frame(), context_));
   }
   const std::unique_ptr<StoredSurface> target = make_surface(target_);
-  if (kind_ == JobKind::Object)
+  if (kind_ == RegistrationKind::Object)
     return answer_of(prepared_->registrar->run(target->surface, context_));
   const std::unique_ptr<StoredSurface> source = make_surface(*source_);
   return answer_of(prepared_->registrar->register_pair(source->surface, target->surface, context_));

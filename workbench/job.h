@@ -13,11 +13,11 @@
 namespace grapnel {
 
 /// Whether SOURCE is a model that is looked for in TARGET, or a view of the same things.
-enum class JobKind : std::uint8_t { Object, Pair };
+enum class RegistrationKind : std::uint8_t { Object, Pair };
 
 /// What a registration needs beside its preset.
 struct JobInputs {
-  JobKind kind = JobKind::Pair;
+  RegistrationKind kind = RegistrationKind::Pair;
   std::string source;
   InputOptions source_options;
   std::string target;
@@ -54,7 +54,7 @@ class Job {
   [[nodiscard]] CloudData target_cloud() const;
 
  private:
-  JobKind kind_;
+  RegistrationKind kind_;
   JobContext context_;
   MonotonicClock clock_;
   Symmetry symmetry_ = Symmetry::None;

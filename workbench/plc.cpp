@@ -14,6 +14,7 @@
 #include "base/input_error.h"
 #include "drivers/modbus/plc_client.h"
 #include "workbench/commands.h"
+#include "workbench/evaluate/statistics.h"
 #include "workbench/options.h"
 #include "workbench/plc/line.h"
 #include "workbench/plc/strict.h"
@@ -286,15 +287,10 @@ bool read_arguments(std::span<const std::string> args, PlcRun& run) {
   return true;
 }
 
-double percentile_ms(std::vector<std::int64_t> sorted_us, std::size_t percent) {
-  if (sorted_us.empty()) return 0.0;
-  const std::size_t i = std::min(sorted_us.size() - 1, sorted_us.size() * percent / 100);
-  return static_cast<double>(sorted_us[i]) * 1e-3;
-}
-
 json tally_json(const StrictTally& tally) {
-  std::vector<std::int64_t> sorted_us = tally.latencies_us;
-  std::sort(sorted_us.begin(), sorted_us.end());
+  std::vector<double> ms;
+  for (const std::int64_t us : tally.latencies_us) ms.push_back(static_cast<double>(us) * 1e-3);
+  if (ms.empty()) ms.push_back(0.0);
   json codes = json::object();
   for (const auto& [code, times] : tally.codes) codes[std::to_string(code)] = times;
   return {{"triggers", tally.triggers},
@@ -306,9 +302,7 @@ json tally_json(const StrictTally& tally) {
           {"accepted", tally.accepted},
           {"codes", codes},
           {"latency_ms",
-           {{"p50", percentile_ms(sorted_us, 50)},
-            {"p99", percentile_ms(sorted_us, 99)},
-            {"max", percentile_ms(sorted_us, 100)}}}};
+           {{"p50", quantile(ms, 0.5)}, {"p99", quantile(ms, 0.99)}, {"max", quantile(ms, 1.0)}}}};
 }
 
 int run_strict(PlcClient& client, const PlcRun& run) {

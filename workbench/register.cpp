@@ -72,7 +72,7 @@ std::optional<RegisterOptions> parse(std::span<const std::string> args) {
   const bool is_object = object || (!pair && !named_pair &&
                                     (has_model_file(wanted.inputs.source) ||
                                      (named_other && is_cloud_name(wanted.inputs.source))));
-  wanted.inputs.kind = is_object ? JobKind::Object : JobKind::Pair;
+  wanted.inputs.kind = is_object ? RegistrationKind::Object : RegistrationKind::Pair;
   if (wanted.preset.empty()) wanted.preset = is_object ? "object" : "pair";
   return wanted;
 }

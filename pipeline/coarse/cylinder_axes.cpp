@@ -6,18 +6,6 @@
 #include "base/math.h"
 
 namespace grapnel {
-namespace {
-
-/// Columns: the axis and two directions across it.
-Mat3d frame_about(const Vec3d& axis) noexcept {
-  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  Mat3d frame;
-  const Vec3d across = other.cross(axis).normalized();
-  frame << axis, across, axis.cross(across);
-  return frame;
-}
-
-}  // namespace
 
 FieldTable cylinder_axes_fields() noexcept {
   using P = CylinderAxesParams;

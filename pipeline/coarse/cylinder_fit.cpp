@@ -95,9 +95,9 @@ bool refit_axis(const Surface& surface, const Wall& wall, Cylinder& cylinder) no
 
 /// Gauss and Newton over middle and radius: the points' distances from the wall.
 bool refit_circle(const Surface& surface, const Wall& wall, Cylinder& cylinder) noexcept {
-  const Vec3d other = std::fabs(cylinder.axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  const Vec3d a = other.cross(cylinder.axis).normalized();
-  const Vec3d b = cylinder.axis.cross(a);
+  const Mat3d frame = frame_about(cylinder.axis);
+  const Vec3d a = frame.col(1);
+  const Vec3d b = frame.col(2);
   for (int step = 0; step < kCircleSteps; ++step) {
     Mat3d left = Mat3d::Zero();
     Vec3d right = Vec3d::Zero();
@@ -136,9 +136,9 @@ std::size_t sector_of(double u, double v, std::size_t sectors) noexcept {
 /// Angle that the wall's points cover, and where all points within it lie along the axis. False
 /// when the normals don't turn around it.
 bool measure(const Surface& surface, const Wall& wall, Cylinder& cylinder) noexcept {
-  const Vec3d other = std::fabs(cylinder.axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  const Vec3d a = other.cross(cylinder.axis).normalized();
-  const Vec3d b = cylinder.axis.cross(a);
+  const Mat3d frame = frame_about(cylinder.axis);
+  const Vec3d a = frame.col(1);
+  const Vec3d b = frame.col(2);
   std::array<bool, kSectors> seen{};
   std::array<double, kTurnSectors> excess{};  // points less normals of a direction
   cylinder.low_m = 1e30;

@@ -17,15 +17,6 @@ constexpr std::size_t kTurns = 32;
 constexpr std::uint32_t kWorth = 4096;
 constexpr std::uint32_t kRare = 16;
 
-/// Rows: the normal and two directions across it.
-Mat3d frame_at(const Vec3d& normal) noexcept {
-  const Vec3d other = std::fabs(normal.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  const Vec3d across = other.cross(normal).normalized();
-  Mat3d frame;
-  frame << normal.transpose(), across.transpose(), normal.cross(across).transpose();
-  return frame;
-}
-
 /// How point `j` lies about the normal of a point with this frame, 65536 = a full turn.
 std::uint16_t turn_of(const Mat3d& frame, const Surface& surface, std::size_t i,
                       std::size_t j) noexcept {
@@ -115,7 +106,7 @@ void PairVoting::learn(const Surface& source) noexcept {
   // An even choice of a long bucket: the n-th pair is kept where n · kept / length steps up.
   std::fill(seen_.begin(), seen_.end(), 0U);
   for (std::size_t a = 0; a < model_size_; ++a) {
-    const Mat3d frame = frame_at(source.normal(model_[a]).cast<double>());
+    const Mat3d frame = frame_about(source.normal(model_[a]).cast<double>()).transpose();
     for (std::size_t b = 0; b < model_size_; ++b) {
       const std::int32_t found = bucket_[a * model_size_ + b];
       if (found < 0) continue;
@@ -132,7 +123,7 @@ void PairVoting::learn(const Surface& source) noexcept {
 
 void PairVoting::vote(const Surface& target, std::size_t reference) noexcept {
   std::fill(votes_.begin(), votes_.end(), 0U);
-  const Mat3d frame = frame_at(target.normal(reference).cast<double>());
+  const Mat3d frame = frame_about(target.normal(reference).cast<double>()).transpose();
   const std::size_t partners = std::min(params_.partners, target.size);
   for (std::size_t k = 0; k < partners; ++k) {
     const std::size_t partner = k * target.size / partners;
@@ -152,7 +143,7 @@ void PairVoting::vote(const Surface& target, std::size_t reference) noexcept {
 
 void PairVoting::propose(const PairView& pair, std::size_t reference) noexcept {
   const Vec3d place = pair.target->point(reference).cast<double>();
-  const Mat3d target_frame = frame_at(pair.target->normal(reference).cast<double>());
+  const Mat3d target_frame = frame_about(pair.target->normal(reference).cast<double>()).transpose();
   for (std::size_t peak = 0; peak < params_.peaks; ++peak) {
     const auto most = std::max_element(votes_.begin(), votes_.end());
     if (*most == 0) return;
@@ -168,8 +159,8 @@ void PairVoting::propose(const PairView& pair, std::size_t reference) noexcept {
     about(1, 2) = -s;
     about(2, 1) = s;
     Pose pose = Pose::Identity();
-    pose.linear() =
-        target_frame.transpose() * about * frame_at(pair.source->normal(point).cast<double>());
+    pose.linear() = target_frame.transpose() * about *
+                    frame_about(pair.source->normal(point).cast<double>()).transpose();
     pose.translation() = place - pose.linear() * pair.source->point(point).cast<double>();
     finalists_.offer(pose);
   }

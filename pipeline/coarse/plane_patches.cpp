@@ -29,11 +29,6 @@ PlanePatches::Interval interval_of(const Surface& surface, std::span<const std::
   return interval;
 }
 
-Vec3d across(const Vec3d& axis) noexcept {
-  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  return other.cross(axis).normalized();
-}
-
 }  // namespace
 
 void PlanePatches::reserve(Arena& arena, std::size_t max_points) {
@@ -86,13 +81,7 @@ bool PlanePatches::fit(const Surface& surface, double cos_normal,
   if (count < kFewest) return false;
   const auto n = static_cast<double>(count);
   const Vec3d mean = sum / n;
-  moments.xx -= n * mean.x() * mean.x();
-  moments.xy -= n * mean.x() * mean.y();
-  moments.xz -= n * mean.x() * mean.z();
-  moments.yy -= n * mean.y() * mean.y();
-  moments.yz -= n * mean.y() * mean.z();
-  moments.zz -= n * mean.z() * mean.z();
-  plane.normal = eigen_symmetric3(moments).vectors.col(0);
+  plane.normal = eigen_symmetric3(moments.over(n).about(mean)).vectors.col(0);
   if (plane.normal.dot(side) < 0.0) plane.normal = -plane.normal;
   plane.middle = origin + mean;
   plane.offset_m = plane.normal.dot(plane.middle);
@@ -157,7 +146,7 @@ PlanePatches::Rectangle PlanePatches::rectangle(const Surface& surface,
     return interval_of(surface, free_.first(count), direction);
   };
   const Vec3d& normal = patches_[patch].normal;
-  const Vec3d first = across(normal);
+  const Vec3d first = frame_about(normal).col(1);
   const Vec3d second = normal.cross(first);
   Rectangle best;
   double least_m2 = 1e30;

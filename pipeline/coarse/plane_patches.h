@@ -39,8 +39,6 @@ class PlanePatches {
   void find(const Surface& surface, const PlanePatchParams& params, Rng rng) noexcept;
 
   [[nodiscard]] std::span<const PlanePatch> patches() const noexcept { return patches_.span(); }
-  /// Patch of each point, -1 = none.
-  [[nodiscard]] std::span<const std::int8_t> patch_of() const noexcept { return patch_of_; }
 
   struct Interval {
     double low_m = 0.0, high_m = 0.0;
@@ -67,8 +65,8 @@ class PlanePatches {
                                    double cos_normal, Rng& rng) const noexcept;
 
   InlineList<PlanePatch, kMost> patches_;
-  std::span<std::int8_t> patch_of_;
-  std::span<std::uint32_t> free_;  // points of no patch yet; after the search, scratch
+  std::span<std::int8_t> patch_of_;  // of each point, -1 = none
+  std::span<std::uint32_t> free_;    // points of no patch yet; after the search, scratch
   std::size_t free_count_ = 0;
   double thickness_m_ = 0.0;
 };

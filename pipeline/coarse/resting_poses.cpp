@@ -33,15 +33,6 @@ Vec3d direction(std::size_t i) noexcept {
   return {radius * math::cos(angle_rad), radius * math::sin(angle_rad), z};
 }
 
-/// Columns: the axis and two directions across it.
-Mat3d frame_about(const Vec3d& axis) noexcept {
-  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  const Vec3d across = other.cross(axis).normalized();
-  Mat3d frame;
-  frame << axis, across, axis.cross(across);
-  return frame;
-}
-
 double reach_along(const Surface& source, const Vec3d& down, std::size_t step) noexcept {
   const Vec3f along = down.cast<float>();
   float reach_m = -1e30F;
@@ -191,11 +182,7 @@ Status RestingPoses::generate(const PairView& pair, const Correspondences&, Rng&
     learned_ = hash;
   }
   finalists_.begin(pair, params_.quick_samples, SIZE_MAX);
-  Vec3d middle = Vec3d::Zero();
-  for (std::size_t i = 0; i < pair.target->size; ++i) {
-    middle += pair.target->point(i).cast<double>();
-  }
-  middle /= static_cast<double>(pair.target->size);
+  const Vec3d middle = centroid(*pair.target);
   for (const Side& side : sides_.span()) try_side(pair, side, middle);
   return finalists_.conclude(hypotheses);
 }

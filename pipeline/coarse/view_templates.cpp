@@ -14,13 +14,6 @@ namespace {
 constexpr int kRaster = 64;
 constexpr float kCosGrazing = 0.17F;
 
-/// Two unit vectors that complete `axis` to a right-handed frame (axis, first, second).
-std::array<Vec3d, 2> across(const Vec3d& axis) noexcept {
-  const Vec3d other = std::fabs(axis.z()) < 0.9 ? Vec3d::UnitZ() : Vec3d::UnitX();
-  const Vec3d first = other.cross(axis).normalized();
-  return {first, axis.cross(first)};
-}
-
 /// The i-th of n directions, evenly spread: a Fibonacci spiral on the sphere.
 Vec3d direction(std::size_t i, std::size_t n) noexcept {
   constexpr double kGoldenAngle = 2.39996322972865332;
@@ -32,9 +25,9 @@ Vec3d direction(std::size_t i, std::size_t n) noexcept {
 
 /// Seen from far along `toward`: the visible points' middle and projected area.
 ViewTemplate see(const Surface& model, const Vec3d& toward, std::vector<float>& raster) {
-  const std::array<Vec3d, 2> axes = across(toward);
-  const Vec3f e1 = axes[0].cast<float>();
-  const Vec3f e2 = axes[1].cast<float>();
+  const Mat3d axes = frame_about(toward);
+  const Vec3f e1 = axes.col(1).cast<float>();
+  const Vec3f e2 = axes.col(2).cast<float>();
   const Vec3f view = toward.cast<float>();
   float low_a = 1e30F;
   float low_b = 1e30F;
@@ -128,24 +121,24 @@ float ViewTemplates::most_area_m2() const noexcept {
 void ViewTemplates::set_out(const Vec3d& object_middle) noexcept {
   object_middle_ = object_middle;
   toward_camera_ = -object_middle.normalized();
-  const std::array<Vec3d, 2> seen = across(toward_camera_);
+  const Mat3d seen = frame_about(toward_camera_);
   for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
     const double c = math::cos(turn_step_ * static_cast<double>(turn));
     const double s = math::sin(turn_step_ * static_cast<double>(turn));
-    turns_[turn] = {c * seen[0] + s * seen[1], c * seen[1] - s * seen[0]};
+    turns_[turn] = {c * seen.col(1) + s * seen.col(2), c * seen.col(2) - s * seen.col(1)};
   }
 }
 
 void ViewTemplates::place(const ViewTemplate& view) noexcept {
   const Vec3d model_axis = view.toward_camera.cast<double>();
-  const std::array<Vec3d, 2> own = across(model_axis);
+  const Mat3d own = frame_about(model_axis);
   const Vec3d middle = view.middle.cast<double>();
   const Mat3d along = toward_camera_ * model_axis.transpose();
   for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
     Pose& pose = by_turn_[turn].target_from_source;
     pose.setIdentity();
     pose.linear() =
-        along + turns_[turn].first * own[0].transpose() + turns_[turn].second * own[1].transpose();
+        along + turns_[turn].first * own.col(1).transpose() + turns_[turn].second * own.col(2).transpose();
     pose.translation() = object_middle_ - pose.linear() * middle;
   }
 }

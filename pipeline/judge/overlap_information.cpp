@@ -62,10 +62,7 @@ Mat6d overlap_information(const Surface& moved, const OverlapView& fixed,
                           const Pose& fixed_from_moved, double reach_m) noexcept {
   const Eigen::Matrix3f rotation = fixed_from_moved.linear().cast<float>();
   const Vec3f shift = fixed_from_moved.translation().cast<float>();
-  Vec3d centre = Vec3d::Zero();
-  for (std::size_t i = 0; i < moved.size; ++i) centre += moved.point(i).cast<double>();
-  centre =
-      fixed_from_moved * Vec3d(centre / static_cast<double>(std::max<std::size_t>(moved.size, 1)));
+  const Vec3d centre = fixed_from_moved * centroid(moved);
   Sums sums;
   for (std::size_t i = 0; i < moved.size; ++i) {
     if (!moved.has_normal(i)) continue;

@@ -53,10 +53,6 @@ double response_of(HarrisResponse kind, const Symmetric3& c) noexcept {
   return 0.0;
 }
 
-Symmetric3 divided(const Symmetric3& s, double by) noexcept {
-  return {s.xx / by, s.xy / by, s.xz / by, s.yy / by, s.yz / by, s.zz / by};
-}
-
 /// Smallest eigenvalue over their sum.
 float variation(const Symmetric3& covariance) noexcept {
   const Vec3d e = eigenvalues_symmetric3(covariance);
@@ -87,15 +83,10 @@ void HarrisDetector::respond_fast(const Surface& surface) noexcept {
     sums_.scatter(true);
     for (std::size_t i = 0; i < surface.size; ++i) {
       const double n = static_cast<double>(sums_.count()[i]);
-      Symmetric3 c = divided(products(i), n);
       const auto mean = [&](std::size_t axis) {
         return static_cast<double>(sums_.first(axis)[i]) / n;
       };
-      const double x = mean(0);
-      const double y = mean(1);
-      const double z = mean(2);
-      c = {c.xx - x * x, c.xy - x * y, c.xz - x * z, c.yy - y * y, c.yz - y * z, c.zz - z * z};
-      response_[i] = variation(c);
+      response_[i] = variation(products(i).over(n).about({mean(0), mean(1), mean(2)}));
     }
     return;
   }
@@ -111,7 +102,7 @@ void HarrisDetector::respond_fast(const Surface& surface) noexcept {
   }
   for (std::size_t i = 0; i < surface.size; ++i) {
     const double count = std::max(1.0, static_cast<double>(sums_.count()[i]));
-    response_[i] = static_cast<float>(response_of(params_.response, divided(products(i), count)));
+    response_[i] = static_cast<float>(response_of(params_.response, products(i).over(count)));
   }
 }
 
@@ -135,15 +126,12 @@ void HarrisDetector::respond_plainly(const Surface& surface, double radius_m) no
     }
     if (params_.response != HarrisResponse::Curvature) {
       const double by = std::max(1.0, count);
-      response_[i] = static_cast<float>(response_of(params_.response, divided(normals, by)));
+      response_[i] = static_cast<float>(response_of(params_.response, normals.over(by)));
       continue;
     }
     const auto n = static_cast<double>(around.size());
-    const Symmetric3 s = divided(points, n);
     mean /= n;
-    response_[i] = variation({s.xx - mean.x() * mean.x(), s.xy - mean.x() * mean.y(),
-                              s.xz - mean.x() * mean.z(), s.yy - mean.y() * mean.y(),
-                              s.yz - mean.y() * mean.z(), s.zz - mean.z() * mean.z()});
+    response_[i] = variation(points.over(n).about(mean));
   }
 }
 

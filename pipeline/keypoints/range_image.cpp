@@ -79,9 +79,7 @@ Mat3d camera_along(const Vec3d& axis) noexcept {
 }
 
 Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
-  Vec3d centre = Vec3d::Zero();
-  for (std::size_t i = 0; i < surface.size; ++i) centre += surface.point(i).cast<double>();
-  centre /= static_cast<double>(surface.size);
+  const Vec3d centre = centroid(surface);
   double radius = 0.0;
   for (std::size_t i = 0; i < surface.size; ++i) {
     radius = std::max(radius, (surface.point(i).cast<double>() - centre).norm());

@@ -97,10 +97,7 @@ void RangeBorders::fit_surface(int u, int v) noexcept {
   }
   if (used < 3.0) return;
   mean /= used;
-  const Symmetric3 spread = {
-      sum.xx / used - mean.x() * mean.x(), sum.xy / used - mean.x() * mean.y(),
-      sum.xz / used - mean.x() * mean.z(), sum.yy / used - mean.y() * mean.y(),
-      sum.yz / used - mean.y() * mean.z(), sum.zz / used - mean.z() * mean.z()};
+  const Symmetric3 spread = sum.over(used).about(mean);
   keep_plane(pixel, *middle, mean, smallest_eigenvector(spread, eigenvalues_symmetric3(spread)));
 }
 
@@ -170,10 +167,7 @@ void RangeBorders::measure_change(int u, int v, double min_change) noexcept {
   }
   if (count < 3.0) return;
   mean /= count;
-  const Symmetric3 spread = {
-      sum.xx / count - mean.x() * mean.x(), sum.xy / count - mean.x() * mean.y(),
-      sum.xz / count - mean.x() * mean.z(), sum.yy / count - mean.y() * mean.y(),
-      sum.yz / count - mean.y() * mean.z(), sum.zz / count - mean.z() * mean.z()};
+  const Symmetric3 spread = sum.over(count).about(mean);
   const double change = std::sqrt(std::max(0.0, eigenvalues_symmetric3(spread)[2]));
   change_[pixel] = static_cast<float>(change);
   if (change >= min_change) direction_[pixel] = largest_eigenvector(spread).cast<float>();

@@ -16,6 +16,15 @@ struct Symmetric3 {
     yz += y * z;
     zz += z * z;
   }
+  /// Every element divided.
+  [[nodiscard]] Symmetric3 over(double by) const noexcept {
+    return {xx / by, xy / by, xz / by, yy / by, yz / by, zz / by};
+  }
+  /// Mean products about `mean`, where these are about the origin: a covariance.
+  [[nodiscard]] Symmetric3 about(const Vec3d& mean) const noexcept {
+    return {xx - mean.x() * mean.x(), xy - mean.x() * mean.y(), xz - mean.x() * mean.z(),
+            yy - mean.y() * mean.y(), yz - mean.y() * mean.z(), zz - mean.z() * mean.z()};
+  }
 };
 
 /// Eigenvalues ascending, and the unit eigenvectors as columns in the same order.

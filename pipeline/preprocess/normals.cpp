@@ -27,12 +27,6 @@ namespace {
 /// Second eigenvalue to largest below which a neighbourhood is a line and has no plane.
 constexpr double kLineRatio = 1e-4;
 
-Vec3d centroid(const Surface& surface) noexcept {
-  Vec3d sum = Vec3d::Zero();
-  for (std::size_t i = 0; i < surface.size; ++i) sum += surface.point(i).cast<double>();
-  return sum / static_cast<double>(surface.size);
-}
-
 /// Moments of a list of neighbours about the point, in double.
 Symmetric3 covariance_of(const Surface& surface, std::size_t point_i,
                          const Neighbourhood& around) noexcept {

@@ -154,10 +154,7 @@ double PlaneSearch::extent_m(const DepthPlane& plane, const Intrinsics& k) const
     sum.add(p.x(), p.y(), p.z());
   }
   mean /= count;
-  const Symmetric3 covariance{
-      sum.xx / count - mean.x() * mean.x(), sum.xy / count - mean.x() * mean.y(),
-      sum.xz / count - mean.x() * mean.z(), sum.yy / count - mean.y() * mean.y(),
-      sum.yz / count - mean.y() * mean.z(), sum.zz / count - mean.z() * mean.z()};
+  const Symmetric3 covariance = sum.over(count).about(mean);
   // A uniform strip of width w has variance w²/12 across.
   return std::sqrt(12.0 * std::max(0.0, eigen_symmetric3(covariance).values[1]));
 }

@@ -92,9 +92,7 @@ void PrincipalCurvature::estimate_plainly(const Surface& surface) noexcept {
       const Vec3d d = surface.normal(other).cast<double>() - mean;
       sum.add(d.x(), d.y(), d.z());
     }
-    store(i, surface.normal(i).cast<double>(),
-          {sum.xx / count, sum.xy / count, sum.xz / count, sum.yy / count, sum.yz / count,
-           sum.zz / count});
+    store(i, surface.normal(i).cast<double>(), sum.over(count));
   }
 }
 

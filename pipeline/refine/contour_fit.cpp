@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_step.h"
 
 namespace grapnel {
 namespace {
@@ -102,11 +103,8 @@ Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& mod
                                        const ClosestPointTable& table, const DepthView& view,
                                        const EdgeMap& edges, const Pose& camera_from_model,
                                        double diameter_m, ModelRender& render) noexcept {
-  const std::size_t step =
-      std::max<std::size_t>(1, (object.size + params_.max_points - 1) / params_.max_points);
-  Vec3d centre = Vec3d::Zero();
-  for (std::size_t i = 0; i < model.size; ++i) centre += model.point(i).cast<double>();
-  centre /= static_cast<double>(model.size);
+  const std::size_t step = point_step(object.size, params_.max_points);
+  const Vec3d centre = centroid(model);
 
   RefinedPose result;
   result.target_from_source = camera_from_model;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_step.h"
 
 namespace grapnel {
 namespace {
@@ -56,13 +57,8 @@ Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface&
                              ? params_.max_distance_m
                              : params_.max_distance_ratio * fixed.spacing_m;
   const double kernel_square = params_.kernel_ratio * reach_m * params_.kernel_ratio * reach_m;
-  Vec3d centre = Vec3d::Zero();
-  for (std::size_t i = 0; i < moving.size; ++i) centre += moving.point(i).cast<double>();
-  if (moving.size > 0) centre /= static_cast<double>(moving.size);
-  const std::size_t stride =
-      params_.max_points == 0
-          ? 1
-          : std::max<std::size_t>(1, (moving.size + params_.max_points - 1) / params_.max_points);
+  const Vec3d centre = centroid(moving);
+  const std::size_t stride = point_step(moving.size, params_.max_points);
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
   for (int iteration = 0; iteration < params_.max_iterations; ++iteration) {

@@ -9,6 +9,7 @@
 #include "pipeline/coarse/kabsch.h"
 #include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_step.h"
 
 namespace grapnel {
 namespace {
@@ -123,12 +124,6 @@ Vec3d centre_of(const kernels::PairGate& gate) noexcept {
           static_cast<double>(gate.centre[2])};
 }
 
-Vec3d centre_of(const Surface& surface) noexcept {
-  Vec3d sum = Vec3d::Zero();
-  for (std::size_t i = 0; i < surface.size; ++i) sum += surface.point(i).cast<double>();
-  return surface.size == 0 ? sum : Vec3d(sum / static_cast<double>(surface.size));
-}
-
 }  // namespace
 
 FieldTable icp_fields() noexcept {
@@ -167,9 +162,8 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
       params_.anneal_iterations < 1
           ? 0.0
           : math::exp(math::log(end_m / start_m) / static_cast<double>(params_.anneal_iterations));
-  const std::size_t step = std::max<std::size_t>(
-      1, (moving.size + params_.max_points - 1) / std::max<std::size_t>(1, params_.max_points));
-  const Vec3d centre = centre_of(moving);
+  const std::size_t step = point_step(moving.size, params_.max_points);
+  const Vec3d centre = centroid(moving);
 
   RefinedPose result;
   result.target_from_source = fixed_from_moving;

@@ -9,6 +9,7 @@
 
 #include "pipeline/coarse/kabsch.h"
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_step.h"
 
 namespace grapnel {
 namespace {
@@ -64,10 +65,7 @@ Result<RefinedPose> PlainIcp::refine(const Surface& moving, const Surface& fixed
   const double reach_m = params_.max_distance_m > 0.0
                              ? params_.max_distance_m
                              : params_.max_distance_ratio * fixed.spacing_m;
-  const std::size_t stride =
-      params_.max_points == 0
-          ? 1
-          : std::max<std::size_t>(1, (moving.size + params_.max_points - 1) / params_.max_points);
+  const std::size_t stride = point_step(moving.size, params_.max_points);
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
   double mse_before = std::numeric_limits<double>::max();

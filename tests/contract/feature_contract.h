@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,10 @@ namespace grapnel::test {
 struct MethodCase {
   std::string name;
   std::string keys;
+
+  friend void PrintTo(const MethodCase& method, std::ostream* out) {
+    *out << method.name << ' ' << method.keys;
+  }
 };
 
 /// A name that gtest accepts.

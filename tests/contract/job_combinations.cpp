@@ -175,7 +175,7 @@ TEST_P(PairJobs, WithEveryMetricRejectorAndRefinerNeitherTouchTheHeapNorAcceptAW
     }
   }
   RecordProperty("combinations", static_cast<int>(count));
-  RecordProperty("accepted", right);
+  EXPECT_GT(right, 0) << "a test in which nothing is accepted says nothing of wrong poses";
 }
 
 TEST_F(JobCombinations, EveryGeneratorRunsWithEveryRefinerAndEngine) {

@@ -56,7 +56,7 @@ TEST_P(EveryDetector, FindsPlacesAgainAndRejectionRaisesTheShareOfRightMatches) 
   for (const SackPair& pair : pairs()) {
     const Steps steps = example::take_steps(pair, GetParam(), "graph");
     const std::vector<bool> again = example::found_again(steps, pair);
-    ASSERT_GE(again.size(), 10U);
+    EXPECT_GT(std::count(again.begin(), again.end(), true), 0);
     const auto right = [&](const Correspondence& match) {
       return example::is_right(match, steps, pair);
     };
@@ -70,7 +70,7 @@ TEST_P(EveryDetector, FindsPlacesAgainAndRejectionRaisesTheShareOfRightMatches) 
   EXPECT_GT(kept_right / kept, matched_right / matched);
 }
 
-TEST(SackExample, NoCombinationHasAWrongPoseAcceptedAndTheSurfaceRatedOnesAreRight) {
+TEST(SackExample, NoCombinationHasAWrongPoseAccepted) {
   for (const example::Combination& combination : example::every_combination()) {
     const std::vector<Outcome> outcomes = example::register_pairs(combination, {pairs().data(), 1});
     const std::string what = combination.detector + " " + combination.rejector + " " +
@@ -79,6 +79,9 @@ TEST(SackExample, NoCombinationHasAWrongPoseAcceptedAndTheSurfaceRatedOnesAreRig
       EXPECT_TRUE(outcome.right() || !outcome.accepted) << what;
     }
   }
+}
+
+TEST(SackExample, TheCombinationThatWinsIsRightOnEveryPair) {
   example::Combination best;
   best.overrides = {"keypoints.method=principal_curvature"};
   for (const Outcome& outcome : example::register_pairs(best, pairs())) {

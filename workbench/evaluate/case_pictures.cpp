@@ -45,7 +45,7 @@ RgbImage draw_case(const CaseResult& result, const SuiteCase& one, int panel_px)
   const Input target = load_input(inputs.target, inputs.target_options);
   std::optional<Model> model;
   std::optional<Input> source;
-  if (inputs.kind == JobKind::Object) {
+  if (inputs.kind == RegistrationKind::Object) {
     model = load_model(inputs.source);
   } else {
     source = load_input(inputs.source, inputs.source_options);

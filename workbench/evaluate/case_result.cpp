@@ -40,7 +40,7 @@ nlohmann::ordered_json view_json(const ViewResult& view) {
 
 JobInputs inputs_of(const SuiteCase& one) {
   JobInputs inputs;
-  inputs.kind = one.kind == CaseKind::Scene ? JobKind::Object : JobKind::Pair;
+  inputs.kind = one.kind == CaseKind::Scene ? RegistrationKind::Object : RegistrationKind::Pair;
   inputs.source = one.source;
   inputs.target = one.target;
   inputs.source_options = {one.camera, one.source_color};

@@ -16,10 +16,11 @@ struct LimitedCheck {
   std::string_view key;    ///< of the preset's table [accept]
   bool at_least = true;
 };
-inline constexpr std::array<LimitedCheck, 12> kLimitedChecks = {{
+inline constexpr std::array<LimitedCheck, 13> kLimitedChecks = {{
     {"matched_share", "min_fitness", true},
     {"seen_through", "max_seen_through", false},
     {"unknown", "max_unknown", false},
+    {"outside", "max_outside", false},
     {"unexplained", "max_unexplained", false},
     {"explained", "min_explained", true},
     {"outline_known", "min_edge_known", true},
