@@ -137,8 +137,8 @@ void ViewTemplates::place(const ViewTemplate& view) noexcept {
   for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
     Pose& pose = by_turn_[turn].target_from_source;
     pose.setIdentity();
-    pose.linear() =
-        along + turns_[turn].first * own.col(1).transpose() + turns_[turn].second * own.col(2).transpose();
+    pose.linear() = along + turns_[turn].first * own.col(1).transpose() +
+                    turns_[turn].second * own.col(2).transpose();
     pose.translation() = object_middle_ - pose.linear() * middle;
   }
 }
