@@ -301,13 +301,21 @@ class OniCamera : public OniFile {
 TEST_F(OniCamera, PlaysAtItsOwnPaceAndSaysThatItHasEnded) {
   const std::int64_t from_us = clock_.now_us();
   start("");
-  EXPECT_TRUE(in_state(CameraState::Ended, 10.0));
+  bool coloured = false;
+  const bool ended = wait(
+      [&] {
+        const FrameLease frame = pool_.lease_latest();
+        coloured = coloured || (frame.valid() && !frame.frame().color.empty());
+        return camera_->status().state == CameraState::Ended;
+      },
+      10.0);
+  EXPECT_TRUE(ended);
+  EXPECT_TRUE(coloured);
   EXPECT_EQ(camera_->status().code, Code::SensorHealthy);
   EXPECT_GT(clock_.now_us() - from_us, (kFrames - 3) * 33'333);
   EXPECT_GE(pool_.published(), kFrames - 4U);
   const FrameLease last = pool_.lease_latest();
   EXPECT_TRUE(last.frame().recorded);
-  EXPECT_FALSE(last.frame().color.empty());
   clock_.sleep_until_us(clock_.now_us() + 1'500'000);
   EXPECT_EQ(camera_->status().state, CameraState::Ended) << "nobody waits for more frames";
 }
