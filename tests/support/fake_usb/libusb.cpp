@@ -49,7 +49,8 @@ constexpr unsigned char kDepthEndpoint = 0x82;
 constexpr auto kNap = std::chrono::milliseconds(1);
 
 std::recursive_mutex bus;
-std::vector<libusb_device_handle*> open_handles;
+// Never destroyed: a call that never returns outlives main().
+auto& open_handles = *new std::vector<libusb_device_handle*>;
 libusb_device_handle* claimed_camera = nullptr;
 
 FakeKinect* mapped_kinect() {
