@@ -51,12 +51,8 @@ class SnapshotTest : public ::testing::Test {
   [[nodiscard]] Snapshot snapshot() const {
     Snapshot snapshot;
     snapshot.evidence = evidence_;
-    snapshot.preset = {"active_preset = 11\n",
-                       "11-box.toml",
-                       "# a \"quoted\" text\n",
-                       {"roi=\"x\\y\""},
-                       "/m",
-                       {{"box", 0xfedcba9876543210U}}};
+    snapshot.preset = {"active_preset = 11\n", "11-box.toml", "# a \"quoted\" text\n",
+                       {"roi=\"x\\y\""},       "/m",          {{"box", 0xfedcba9876543210U}}};
     snapshot.build = "0.1.0-abc";
     snapshot.simd = "AVX2";
     snapshot.log = "one\ntwo\n";
