@@ -26,7 +26,9 @@ constexpr double kSomeOfTiles = 0.15;
 // Reflections and edges make a tile look lower than it is now and then.
 constexpr double kLowerTiles = 0.05;
 constexpr int kTrials = 96;
-constexpr std::size_t kBins = 2 * 60 + 1;  // of the heights within the band, a millimetre each
+// Of the heights within the band, a millimetre each.
+constexpr int kBinsToASide = 60;
+constexpr std::size_t kBins = 2 * kBinsToASide + 1;
 constexpr double kBin_m = 1e-3;
 // As plane_fit.cpp: a step of the sensor is 2.9 mm z², and belts are uneven by 2 mm.
 constexpr double kStepPerSquareMetre = 2.9e-3;
@@ -77,7 +79,7 @@ class BeltView {
     std::size_t above = readings_ - below_;
     std::size_t in_place = 0;
     for (std::size_t bin = 0; bin < kBins; ++bin) {
-      const double height_m = (static_cast<double>(bin) - 60.0) * kBin_m;
+      const double height_m = (static_cast<double>(bin) - kBinsToASide) * kBin_m;
       if (height_m < -tolerance_m) below += heights_[bin];
       if (height_m <= shift_m + tolerance_m) above -= heights_[bin];
       const bool nearer =
@@ -123,7 +125,7 @@ class BeltView {
         }
         if (std::abs(height_m) > kBand_m) continue;
         heights[count++] = height_m;
-        ++heights_[static_cast<std::size_t>(std::lround(height_m / kBin_m) + 60)];
+        ++heights_[static_cast<std::size_t>(std::lround(height_m / kBin_m) + kBinsToASide)];
         sum += p;
       }
     }

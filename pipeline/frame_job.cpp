@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "pipeline/judge/resting.h"
+#include "pipeline/judge/share_outside.h"
 #include "pipeline/judge/verdict.h"
 
 namespace grapnel {
@@ -26,27 +27,6 @@ std::uint64_t hash_of(const DepthFrame& frame, std::uint64_t seed) noexcept {
     seed = hash_bytes(std::as_bytes(row), seed);
   }
   return seed;
-}
-
-/// Of the points that face the camera, the share whose projection no pixel holds.
-double share_outside(const Surface& model, const Pose& camera_from_model,
-                     const WorkingDepth& image) noexcept {
-  const Intrinsics& camera = image.intrinsics;
-  const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
-  const Vec3f shift = camera_from_model.translation().cast<float>();
-  std::size_t facing = 0;
-  std::size_t outside = 0;
-  for (std::size_t i = 0; i < model.size; ++i) {
-    const Vec3f p = rotation * model.point(i) + shift;
-    if ((rotation * model.normal(i)).dot(p) >= 0.0F) continue;
-    ++facing;
-    const double u = camera.fx * static_cast<double>(p.x() / p.z()) + camera.cx;
-    const double v = camera.fy * static_cast<double>(p.y() / p.z()) + camera.cy;
-    const bool inside =
-        p.z() > 0.0F && u >= 0.0 && v >= 0.0 && u <= camera.width - 1.0 && v <= camera.height - 1.0;
-    if (!inside) ++outside;
-  }
-  return facing > 0 ? static_cast<double>(outside) / static_cast<double>(facing) : 1.0;
 }
 
 }  // namespace
@@ -355,7 +335,7 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     const Uncertainty uncertainty = uncertainty_at(report.covariance, frame, s_.required[model_i]);
     findings.sigma_m = uncertainty.sigma_m;
     findings.sigma_rad = uncertainty.sigma_rad;
-    findings.outside = share_outside(model.fine, pose, s_.work);
+    findings.outside = share_outside(model.fine, pose, s_.work.intrinsics);
     if (s_.background.plane_count > 0) {
       findings.has_belt = true;
       findings.resting =

@@ -60,7 +60,7 @@ std::uint32_t object_pixels(const DepthView& view) noexcept {
 }  // namespace
 
 struct Verification::Sums {
-  std::array<std::uint32_t, 10> count{};
+  std::array<std::uint32_t, static_cast<std::size_t>(Kind::kCount)> count{};
   double area_m2 = 0.0;
   double square_m2 = 0.0;
   Mat3d normals = Mat3d::Zero();

@@ -70,7 +70,8 @@ class Verification {
     SeenThrough,
     Occluded,
     Unknown,
-    Support
+    Support,
+    kCount
   };
 
   struct Sums;
