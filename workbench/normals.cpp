@@ -60,8 +60,9 @@ int run_normals(std::span<const std::string> args) {
                    "radius_m=, k=, method= (" + method_names(normal_estimators()) +
                        ") and the method's other keys; repeatable");
   options.value("--viewpoint", viewpoint,
-                "x,y,z in metres that normals point to; without it the camera of a grid, else "
-                "away from the cloud's centre");
+                "x,y,z in metres that normals point to; without it the camera of a grid, the "
+                "file's viewpoint, the origin where all points lie before it along +z, else away "
+                "from the cloud's centre");
   options.value("--camera", camera, "camera.toml of a bare PNG");
   options.required("-o,--output", output, "OUT.pcd or OUT.ply, points as in CLOUD");
   if (!options.parse(args)) return 0;

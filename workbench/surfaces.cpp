@@ -62,6 +62,30 @@ void set_grid(Surface& surface, const Intrinsics& intrinsics) {
   surface.has_viewpoint = true;
 }
 
+/// Whether the points lie before a camera at the origin that looks along +z, as those of a fused
+/// run of frames in its first camera's coordinates: all within 60 degrees of the axis, and none
+/// nearer than a tenth of the farthest. A cloud that is modelled about its own origin does not.
+bool lies_before_camera(const CloudData& cloud) {
+  constexpr float kTangent = 1.7320508F;
+  constexpr float kNearest = 0.1F;
+  float nearest_m = std::numeric_limits<float>::max();
+  float farthest_m = 0.0F;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!finite(cloud, i)) continue;
+    if (!(std::hypot(cloud.x[i], cloud.y[i]) < kTangent * cloud.z[i])) return false;
+    nearest_m = std::min(nearest_m, cloud.z[i]);
+    farthest_m = std::max(farthest_m, cloud.z[i]);
+  }
+  return farthest_m > 0.0F && nearest_m > kNearest * farthest_m;
+}
+
+/// Of a cloud without grid: what the file names, or the origin where it can have been a camera's.
+void set_viewpoint(const CloudData& cloud, Surface& surface) {
+  const Vec3d named = cloud.world_from_sensor.translation();
+  surface.has_viewpoint = !named.isZero() || lies_before_camera(cloud);
+  if (surface.has_viewpoint) surface.viewpoint = named.cast<float>();
+}
+
 void copy_attributes(const CloudData& cloud, std::size_t from, Surface& surface, std::size_t to) {
   if (cloud.has_normals()) {
     const Vec3f normal(cloud.nx[from], cloud.ny[from], cloud.nz[from]);
@@ -144,7 +168,11 @@ std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud) {
   const std::size_t pixels = intrinsics.valid() ? cloud.size() : 0;
   auto stored = std::make_unique<StoredSurface>(cloud.size(), pixels);
   Surface& surface = stored->surface;
-  if (intrinsics.valid()) set_grid(surface, intrinsics);
+  if (intrinsics.valid()) {
+    set_grid(surface, intrinsics);
+  } else {
+    set_viewpoint(cloud, surface);
+  }
   for (std::size_t from = 0; from < cloud.size(); ++from) {
     if (pixels > 0) surface.grid.point_of[from] = -1;
     if (!finite(cloud, from)) continue;

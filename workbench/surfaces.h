@@ -31,7 +31,9 @@ class StoredSurface {
 [[nodiscard]] Intrinsics fit_intrinsics(const CloudData& cloud);
 
 /// An input as the registrar takes surfaces: a frame or a camera's cloud with grid and viewpoint,
-/// any other cloud as plain points. Points without reading are left out. O(points).
+/// any other cloud as points; those have a viewpoint where the file names one (PCD VIEWPOINT) or
+/// where all lie before a camera at the origin that looks along +z. Points without reading are left
+/// out. O(points).
 [[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const Input& input);
 [[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const DepthFrame& frame);
 [[nodiscard]] std::unique_ptr<StoredSurface> make_surface(const CloudData& cloud);

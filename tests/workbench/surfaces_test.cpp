@@ -96,6 +96,39 @@ TEST(MakeSurface, LeavesOutPointsWithoutReadingAndScalesNormals) {
   EXPECT_FALSE(stored->surface.has_normal(1));
 }
 
+/// A lattice of points about `middle`, 0.4 m wide and deep.
+CloudData block_about(const Vec3f& middle) {
+  CloudData cloud;
+  for (int i = 0; i < 125; ++i) {
+    cloud.x.push_back(middle.x() + 0.1F * static_cast<float>(i % 5 - 2));
+    cloud.y.push_back(middle.y() + 0.1F * static_cast<float>(i / 5 % 5 - 2));
+    cloud.z.push_back(middle.z() + 0.1F * static_cast<float>(i / 25 - 2));
+  }
+  cloud.width = 125;
+  return cloud;
+}
+
+TEST(MakeSurface, TakesTheOriginForTheCameraOfACloudThatLiesBeforeIt) {
+  const auto stored = make_surface(block_about({0.0F, 0.0F, 1.5F}));
+  ASSERT_TRUE(stored->surface.has_viewpoint);
+  EXPECT_TRUE(stored->surface.viewpoint.isZero());
+}
+
+TEST(MakeSurface, KnowsNoViewpointOfACloudAroundBesideOrBehindTheOrigin) {
+  EXPECT_FALSE(make_surface(block_about({0.0F, 0.0F, 0.0F}))->surface.has_viewpoint);
+  EXPECT_FALSE(make_surface(block_about({0.0F, 0.0F, 0.21F}))->surface.has_viewpoint);
+  EXPECT_FALSE(make_surface(block_about({2.5F, 0.0F, 1.0F}))->surface.has_viewpoint);
+  EXPECT_FALSE(make_surface(block_about({0.0F, 0.0F, -1.5F}))->surface.has_viewpoint);
+}
+
+TEST(MakeSurface, TakesTheViewpointThatTheFileNames) {
+  CloudData cloud = block_about({0.0F, 0.0F, 0.0F});
+  cloud.world_from_sensor.translation() = Vec3d(0.0, -2.0, 0.5);
+  const auto stored = make_surface(cloud);
+  ASSERT_TRUE(stored->surface.has_viewpoint);
+  EXPECT_FLOAT_EQ(stored->surface.viewpoint.y(), -2.0F);
+}
+
 TEST(MeasuredSpacing, OfALatticeIsItsStep) {
   CloudData cloud;
   for (int i = 0; i < 900; ++i) {
