@@ -105,6 +105,10 @@ Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& t
     const Status status = thin(*raw, kFinePerCoarse * wanted_m, *view);
     if (!status.ok()) return status.error();
   }
+  // Normals of a file and ones turned away from a cloud's centre need not face the same way.
+  const bool one_side = (p_.source.own_normals || source.has_viewpoint) &&
+                        (p_.target.own_normals || target.has_viewpoint);
+  if (!one_side) p_.source.own_normals = p_.target.own_normals = false;
   // A cloud may be sparser than what its size asks for.
   const double sparsest_m = std::max(p_.source.fine.spacing_m, p_.target.fine.spacing_m);
   const double spacing_m = std::max(wanted_m, kCoarsePerSparse * sparsest_m);
