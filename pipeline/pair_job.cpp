@@ -137,10 +137,11 @@ Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& t
 }
 
 Status PairJob::thin_to(double leaf_m, Surface& out) noexcept {
-  if (const auto thinned = p_.voxel.apply(p_.work, leaf_m, 0); !thinned.ok()) {
-    return thinned.error();
-  }
-  if (p_.work.size > out.capacity()) {
+  const auto thinned = p_.voxel.apply(p_.work, leaf_m, 0);
+  // A leaf made for a far smaller view may be too fine for this one's extent.
+  const bool too_fine = !thinned.ok() && thinned.error().code == Code::BadParameter;
+  if (!thinned.ok() && !too_fine) return thinned.error();
+  if (too_fine || p_.work.size > out.capacity()) {
     const auto fewer = p_.voxel.apply(p_.work, 0.0, out.capacity());
     if (!fewer.ok()) return fewer.error();
   }

@@ -84,6 +84,9 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
      "largest piece of the measured object beside the part", Bound::AtMost, 1e4, 1, " cm2"},
     {"sunk_m", Code::ImplausibleOnBelt, "depth by which the part would reach into what it lies on",
      Bound::AtMost, 1e3, 1, " mm"},
+    {"least_share", Code::BelowFitness,
+     "matched share of the surface that confirms the least certain motion", Bound::AtLeast, 1.0, 2,
+     ""},
 }};
 
 const Wording& wording_of(Check check) noexcept {

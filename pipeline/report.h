@@ -43,6 +43,7 @@ enum class Check : std::uint8_t {
   Stray,
   LeftOver,
   Sunk,
+  LeastShare,
   kCount
 };
 

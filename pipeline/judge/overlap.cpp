@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/judge/checks.h"
+#include "pipeline/judge/motion_share.h"
 
 namespace grapnel {
 namespace {
@@ -21,6 +22,17 @@ constexpr double kEdgeShare = 0.02;
 constexpr double kEdgeSigmas = 6.0;
 // Without a camera: points farther than this many spacings from the other cloud are outside of it.
 constexpr double kNearSpacings = 4.0;
+
+/// Root mean square distance of a surface's points from their centre.
+double arm_m(const Surface& surface) noexcept {
+  const Vec3f centre = centroid(surface).cast<float>();
+  double square_m2 = 0.0;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    square_m2 += static_cast<double>((surface.point(i) - centre).squaredNorm());
+  }
+  return std::max(
+      1e-9, std::sqrt(square_m2 / static_cast<double>(std::max<std::size_t>(1, surface.size))));
+}
 
 double share(double part, double whole) noexcept { return whole > 0.0 ? part / whole : 0.0; }
 
@@ -55,7 +67,9 @@ class Direction {
         fixed_(fixed),
         tolerance_(tolerance),
         rotation_(pose.linear().cast<float>()),
-        shift_(pose.translation().cast<float>()) {}
+        shift_(pose.translation().cast<float>()),
+        matched_(pose * centroid(*moved.fine), arm_m(*moved.fine)),
+        contradicted_(matched_) {}
 
   OverlapEvidence run() noexcept {
     const Surface& points = *moved_.fine;
@@ -72,6 +86,9 @@ class Direction {
         test_by_distance(p, normal);
       }
     }
+    MotionSums all = matched_;
+    all.add(contradicted_);
+    evidence_.least_share = least_matched_share(matched_, all);
     return evidence_;
   }
 
@@ -101,6 +118,7 @@ class Direction {
     const double limit = std::max(kSigmas * sigma_m, tolerance_.floor_m);
     if (off > limit) {
       evidence_.seen_through += 1.0;
+      contradicted_.add(p, normal);
     } else if (off < -limit) {
       evidence_.hidden += 1.0;
     } else {
@@ -116,10 +134,11 @@ class Direction {
         found >= 0 && fine.has_normal(static_cast<std::size_t>(found)) &&
         fine.normal(static_cast<std::size_t>(found)).dot(normal) < kCosNormal;
     if (faces_elsewhere) {
-      evidence_.misaligned += 1.0;
+      misalign(p, normal);
       return;
     }
     evidence_.matched += 1.0;
+    matched_.add(p, normal);
     evidence_.square_m2 += off * off;
   }
 
@@ -139,10 +158,15 @@ class Direction {
     const double limit =
         std::max(kSigmas * std::sqrt(2.0) * tolerance_.sigma_per_m2 * z * z, tolerance_.floor_m);
     if (std::fabs(off) > limit) {
-      evidence_.misaligned += 1.0;
+      misalign(p, normal);
     } else {
       match(p, normal, off);
     }
+  }
+
+  void misalign(const Vec3f& p, const Vec3f& normal) noexcept {
+    evidence_.misaligned += 1.0;
+    contradicted_.add(p, normal);
   }
 
   const OverlapView& moved_;
@@ -150,6 +174,8 @@ class Direction {
   const OverlapTolerance& tolerance_;
   Eigen::Matrix3f rotation_;
   Vec3f shift_;
+  MotionSums matched_;
+  MotionSums contradicted_;
   OverlapEvidence evidence_;
 };
 
@@ -171,7 +197,7 @@ OverlapEvidence test_overlap(const OverlapView& moved, const OverlapView& fixed,
 
 double worth(const OverlapEvidence& forward, const OverlapEvidence& back) noexcept {
   const auto one = [](const OverlapEvidence& e) {
-    return share(e.matched - e.misaligned - 2.0 * e.seen_through, e.points);
+    return e.least_share * share(e.matched - e.misaligned - 2.0 * e.seen_through, e.points);
   };
   return one(forward) + one(back);
 }
@@ -181,6 +207,9 @@ FieldTable overlap_fields() noexcept {
   static constexpr std::array kFields = {
       number_field<&P::min_matched>("min_matched", "", 0.0, 1.0,
                                     "matched share of the points that the other view should see"),
+      number_field<&P::min_least_share>(
+          "min_least_share", "", 0.0, 1.0,
+          "the same, of the points that notice the motion which is confirmed least"),
       number_field<&P::min_overlap>("min_overlap", "", 0.0, 1.0, "matched share of all points"),
       number_field<&P::min_area_ratio>("min_area_ratio", "squared sizes", 0.0, 1.0,
                                        "matched surface"),
@@ -218,6 +247,8 @@ void pass_overlap_verdict(const OverlapFindings& findings, const OverlapParams& 
   const double area_m2 = 0.5 * matched * findings.spacing_m * findings.spacing_m;
   const double size_m = findings.size_m;
   checks.at_least(Check::MatchedShare, report.fitness, params.min_matched, 1.0);
+  checks.at_least(Check::LeastShare, std::min(forward.least_share, back.least_share),
+                  params.min_least_share, 1.0);
   checks.at_least(Check::Overlap, report.coverage, params.min_overlap, 1.0);
   checks.at_least(Check::MatchedArea, area_m2, params.min_area_ratio * size_m * size_m,
                   0.5 * size_m * size_m);

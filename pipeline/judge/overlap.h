@@ -27,6 +27,9 @@ struct OverlapEvidence {
   double hidden = 0.0;        ///< behind what the other camera saw: says nothing
   double unknown = 0.0;       ///< no reading there
   double square_m2 = 0.0;     ///< sum of squared point-to-plane distances of matched points
+  /// Matched share of what would notice a motion, for the motion that least of it noticed: see
+  /// least_matched_share().
+  double least_share = 0.0;
 
   [[nodiscard]] double matched_share() const noexcept;  ///< of the points that should be seen
   [[nodiscard]] double seen_through_share() const noexcept;
@@ -51,6 +54,7 @@ struct OverlapTolerance {
 /// Limits of acceptance for pairs of views.
 struct OverlapParams {
   double min_matched = 0.75;
+  double min_least_share = 0.6;
   double min_overlap = 0.12;
   double min_area_ratio = 0.03;
   double max_seen_through = 0.10;

@@ -114,7 +114,7 @@ TEST(Overlap, WithoutACameraSeesNoFreeSpace) {
 
 OverlapFindings good() {
   OverlapFindings findings;
-  findings.forward = {1000.0, 500.0, 5.0, 5.0, 100.0, 100.0, 500.0 * 1e-6};
+  findings.forward = {1000.0, 500.0, 5.0, 5.0, 100.0, 100.0, 500.0 * 1e-6, 0.9};
   findings.back = findings.forward;
   findings.margin = 1.0;
   findings.sigma_m = 1e-4;
@@ -141,6 +141,16 @@ TEST(OverlapVerdict, LetsTheWorseDirectionDecide) {
   EXPECT_FALSE(report.accepted);
   EXPECT_NEAR(report.free_space_violation, 200.0 / 705.0, 1e-12);
   EXPECT_NEAR(report.fitness, 500.0 / 705.0, 1e-12);
+}
+
+// A floor fits under a turned box, too: nearly all matches, but hardly what would notice the turn.
+TEST(OverlapVerdict, RejectsWhereLittleConfirmsSomeMotion) {
+  OverlapFindings findings = good();
+  findings.back.least_share = 0.4;
+  RegistrationReport report;
+  pass_overlap_verdict(findings, {}, report);
+  EXPECT_FALSE(report.accepted);
+  EXPECT_EQ(report.reasons[0].check, Check::LeastShare);
 }
 
 TEST(OverlapVerdict, NamesEveryFailingCheck) {
