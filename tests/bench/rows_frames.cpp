@@ -1,19 +1,13 @@
-#include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include "drivers/replay/image_file.h"
 #include "drivers/synthetic/scene_renderer.h"
 #include "pipeline/registrar.h"
 #include "tests/bench/groups.h"
 #include "tests/bench/table.h"
-#include "tests/support/recorded_data.h"
-#include "workbench/surfaces.h"
 
 namespace grapnel::bench {
 namespace {
@@ -88,7 +82,19 @@ void print_preset(const std::string& what, Registrar& registrar, std::vector<Pix
   std::fflush(stdout);
 }
 
-void print_simulated() {
+}  // namespace
+
+bool run_one_frame(const std::string& preset) {
+  const Scene scene = load_scene(kConfig / "scenes" / "demo.toml");
+  SceneRenderer renderer(scene);
+  std::vector<Pixels> frames;
+  render_model(scene, renderer, preset, 1, frames);
+  if (frames.empty()) return false;
+  (void)registrar_of(preset)->run(frames[0].frame, {});
+  return true;
+}
+
+void print_frames() {
   const Scene scene = load_scene(kConfig / "scenes" / "demo.toml");
   SceneRenderer renderer(scene);
   std::printf(
@@ -106,134 +112,6 @@ void print_simulated() {
                  frames);
   }
   std::printf("\n");
-}
-
-/// One recorded data set of views with poses.
-struct Views {
-  const char* folder;
-  const char* depth_pattern;
-  const char* pose_pattern;
-  Intrinsics intrinsics;
-};
-
-constexpr Views kBunny = {
-    "primesense_bunny", "depth_%d.png", "poses_%d.txt", {640, 480, 542.0, 540.5, 320.0, 240.0}};
-constexpr Views kKitchen = {"7scenes_redkitchen",
-                            "frame-%06d.depth.png",
-                            "frame-%06d.pose.txt",
-                            {640, 480, 585.0, 585.0, 320.0, 240.0}};
-
-std::string numbered(const char* pattern, int number) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), pattern, number);
-  return text.data();
-}
-
-std::unique_ptr<StoredSurface> view_of(const Views& views, int number) {
-  DepthImage image =
-      read_depth_png(test::recorded_data(views.folder) / numbered(views.depth_pattern, number));
-  // The kitchen's files mark what was not read by 0 or by this.
-  std::replace(image.pixels.begin(), image.pixels.end(), std::uint16_t{65535}, std::uint16_t{0});
-  DepthFrame frame;
-  frame.depth = image.view();
-  frame.intrinsics = views.intrinsics;
-  return make_surface(frame);
-}
-
-Mat4d world_from_camera(const Views& views, int number) {
-  std::ifstream stream(test::recorded_data(views.folder) / numbered(views.pose_pattern, number));
-  Mat4d matrix = Mat4d::Identity();
-  for (int i = 0; i < 16; ++i) stream >> matrix(i / 4, i % 4);
-  return matrix;
-}
-
-struct PairRow {
-  const char* what;
-  const Views& views;
-  int step;  ///< between the sources
-  int apart;
-  int pairs;
-  double tolerance_m;
-  double must_ms;
-  double goal_ms;
-};
-
-void print_pairs(Registrar& registrar, const PairRow& row) {
-  constexpr double kTolerance_rad = 5.0 * 3.14159265358979 / 180.0;
-  Times times;
-  int right = 0;
-  for (int i = 0; i < row.pairs; ++i) {
-    const int from = i * row.step;
-    const auto source = view_of(row.views, from);
-    const auto target = view_of(row.views, from + row.apart);
-    Vec3d middle = Vec3d::Zero();
-    for (std::size_t p = 0; p < source->surface.size; ++p) {
-      middle += source->surface.point(p).cast<double>();
-    }
-    middle /= static_cast<double>(source->surface.size);
-    const double before = thread_ms();
-    const auto answer = registrar.register_pair(source->surface, target->surface, {});
-    times.ms.push_back(thread_ms() - before);
-    if (!answer.ok() || answer.value().objects.empty()) continue;
-    const Pose truth(Mat4d(world_from_camera(row.views, from + row.apart).inverse() *
-                           world_from_camera(row.views, from)));
-    const Pose& found = answer.value().objects[0].target_from_source;
-    right += (found * middle - truth * middle).norm() < row.tolerance_m &&
-                     rotation_angle_rad(found, truth) < kTolerance_rad
-                 ? 1
-                 : 0;
-  }
-  std::printf("| %s | %d of %d | %.1f | %.1f |", row.what, right, row.pairs, times.at(0.5),
-              times.at(1.0));
-  if (row.must_ms > 0.0) {
-    std::printf(" %g | %g |\n", row.must_ms, row.goal_ms);
-  } else {
-    std::printf(" | |\n");
-  }
-  std::fflush(stdout);
-}
-
-void print_recorded() {
-  const bool bunny = !test::recorded_data(kBunny.folder).empty();
-  const bool kitchen = !test::recorded_data(kKitchen.folder).empty();
-  if (!bunny && !kitchen) {
-    std::printf("%s: no recorded pairs.\n\n", test::kNoRecordedData);
-    return;
-  }
-  const auto registrar = registrar_of("pair");
-  std::printf(
-      "Recorded pairs of views, preset `pair`, no initial guess; right: within 5° and 2 cm "
-      "(kitchen "
-      "5 cm) before the verdict.\n\n"
-      "| pairs | right | p50, ms | most, ms | must | goal |\n|---|---|---|---|---|---|\n");
-  if (bunny) {
-    print_pairs(*registrar, {"bunny, 4 frames apart (must 14; Open3D 14 in 169 ms)", kBunny, 1, 4,
-                             14, 0.02, 15.0, 8.0});
-    print_pairs(*registrar,
-                {"bunny, 8 frames apart (goal 5; best peer 1)", kBunny, 1, 8, 10, 0.02, 0.0, 0.0});
-  }
-  if (kitchen) {
-    print_pairs(*registrar, {"kitchen, 20 frames apart (must 19; Open3D 19 in 2072 ms)", kKitchen,
-                             9, 20, 20, 0.05, 60.0, 25.0});
-  }
-  std::printf("\n");
-}
-
-}  // namespace
-
-bool run_one_frame(const std::string& preset) {
-  const Scene scene = load_scene(kConfig / "scenes" / "demo.toml");
-  SceneRenderer renderer(scene);
-  std::vector<Pixels> frames;
-  render_model(scene, renderer, preset, 1, frames);
-  if (frames.empty()) return false;
-  (void)registrar_of(preset)->run(frames[0].frame, {});
-  return true;
-}
-
-void print_frames() {
-  print_simulated();
-  print_recorded();
 }
 
 }  // namespace grapnel::bench

@@ -1,7 +1,8 @@
 // Prints what every stage takes beside what it must take, and beside PCL on the same input where
-// PCL is installed: grapnel_bench [filters] [keypoints] [features] [registration] [frames] [growth]
-// grapnel_bench frame PRESET runs one frame and prints nothing; see instructions.sh. GRAPNEL_TARGET
-// names another SIMD target.
+// PCL is installed: grapnel_bench [filters] [keypoints] [features] [registration] [frames] [pairs]
+// [growth]. grapnel_bench frame PRESET runs one frame and prints nothing, grapnel_bench pair NAME
+// SOURCE TARGET the same for two recorded views; see instructions.sh. GRAPNEL_TARGET names another
+// SIMD target.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -20,11 +21,12 @@ struct Group {
   void (*print)();
 };
 
-constexpr std::array<Group, 6> kGroups = {{{"filters", print_filters},
+constexpr std::array<Group, 7> kGroups = {{{"filters", print_filters},
                                            {"keypoints", print_keypoints},
                                            {"features", print_features},
                                            {"registration", print_registration},
                                            {"frames", print_frames},
+                                           {"pairs", print_pairs},
                                            {"growth", print_growth}}};
 
 int run(int argc, char** argv) {
@@ -34,6 +36,9 @@ int run(int argc, char** argv) {
     return 2;
   }
   if (argc == 3 && std::string_view(argv[1]) == "frame") return run_one_frame(argv[2]) ? 0 : 2;
+  if (argc == 5 && std::string_view(argv[1]) == "pair") {
+    return run_one_pair(argv[2], std::atoi(argv[3]), std::atoi(argv[4])) ? 0 : 2;
+  }
   for (int i = 1; i < argc; ++i) {
     const auto known = [&](const Group& group) { return group.name == argv[i]; };
     if (std::any_of(kGroups.begin(), kGroups.end(), known)) continue;
