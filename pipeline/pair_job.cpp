@@ -171,7 +171,7 @@ Status PairJob::prepare(double spacing_m, ViewIndex& view) noexcept {
       return status;
     }
   }
-  view.table.build(view.fine, 6.0 * spacing_m);
+  view.table.build_within(view.fine, 6.0 * spacing_m);
   return {};
 }
 

@@ -1,10 +1,12 @@
 #include "pipeline/refine/closest_point_table.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "base/assert.h"
+#include "pipeline/kernels/spread_claims.h"
 #include "pipeline/kernels/surface_pairs.h"
 
 namespace grapnel {
@@ -61,10 +63,11 @@ void transform_line(int count, const float* in, const std::uint16_t* in_index, f
 
 void ClosestPointTable::reserve(Arena& arena, std::size_t max_voxels) {
   nearest_ = arena.take<std::uint16_t>(max_voxels);
-  square_ = arena.take<float>(max_voxels);
+  work_ = arena.take<std::uint32_t>(max_voxels);
 }
 
-void ClosestPointTable::shape(const Surface& surface, double margin_m) noexcept {
+void ClosestPointTable::shape(const Surface& surface, double margin_m,
+                              double least_voxel_m) noexcept {
   Vec3d low = Vec3d::Constant(std::numeric_limits<double>::max());
   Vec3d high = -low;
   for (std::size_t i = 0; i < surface.size; ++i) {
@@ -75,8 +78,8 @@ void ClosestPointTable::shape(const Surface& surface, double margin_m) noexcept 
   low.array() -= margin_m;
   high.array() += margin_m;
   const Vec3d extent = (high - low).cwiseMax(1e-9);
-  voxel_m_ = std::max(cube_root(extent.prod() / static_cast<double>(nearest_.size())),
-                      extent.maxCoeff() / (kMaxSide - 2));
+  voxel_m_ = std::max({cube_root(extent.prod() / static_cast<double>(nearest_.size())),
+                       extent.maxCoeff() / (kMaxSide - 2), least_voxel_m});
   for (;;) {
     std::size_t voxels = 1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -91,11 +94,13 @@ void ClosestPointTable::shape(const Surface& surface, double margin_m) noexcept 
   per_metre_ = static_cast<float>(1.0 / voxel_m_);
 }
 
-void ClosestPointTable::seed() noexcept {
-  const auto voxels = static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
-                      static_cast<std::size_t>(size_[2]);
-  std::fill_n(nearest_.begin(), voxels, kNoPoint);
-  std::fill_n(square_.begin(), voxels, kFar);
+std::size_t ClosestPointTable::voxel_count() const noexcept {
+  return static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
+         static_cast<std::size_t>(size_[2]);
+}
+
+template <class Claim>
+void ClosestPointTable::for_seeds(const Claim& claim) noexcept {
   for (std::size_t i = 0; i < surface_->size; ++i) {
     const Vec3f place = (surface_->point(i) - origin_) * per_metre_;
     const int x = std::clamp(static_cast<int>(place.x()), 0, size_[0] - 1);
@@ -104,12 +109,18 @@ void ClosestPointTable::seed() noexcept {
     const Vec3f centre(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F,
                        static_cast<float>(z) + 0.5F);
     const auto voxel = static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x);
-    const float square = (place - centre).squaredNorm();
-    if (square < square_[voxel]) {
-      square_[voxel] = square;
-      nearest_[voxel] = static_cast<std::uint16_t>(i);
-    }
+    claim(i, voxel, (place - centre).squaredNorm());
   }
+}
+
+void ClosestPointTable::seed() noexcept {
+  std::fill_n(nearest_.begin(), voxel_count(), kNoPoint);
+  std::fill_n(work_.begin(), voxel_count(), std::bit_cast<std::uint32_t>(kFar));
+  for_seeds([&](std::size_t i, std::size_t voxel, float square) {
+    if (square >= std::bit_cast<float>(work_[voxel])) return;
+    work_[voxel] = std::bit_cast<std::uint32_t>(square);
+    nearest_[voxel] = static_cast<std::uint16_t>(i);
+  });
 }
 
 void ClosestPointTable::sweep(int axis) noexcept {
@@ -127,12 +138,12 @@ void ClosestPointTable::sweep(int axis) noexcept {
     for (std::size_t j = 0; j < static_cast<std::size_t>(size_[c]); ++j) {
       const std::size_t first = i * step[b] + j * step[c];
       for (std::size_t k = 0; k < count; ++k) {
-        in[k] = square_[first + k * step[a]];
+        in[k] = std::bit_cast<float>(work_[first + k * step[a]]);
         in_index[k] = nearest_[first + k * step[a]];
       }
       transform_line(size_[a], in.data(), in_index.data(), out.data(), out_index.data());
       for (std::size_t k = 0; k < count; ++k) {
-        square_[first + k * step[a]] = out[k];
+        work_[first + k * step[a]] = std::bit_cast<std::uint32_t>(out[k]);
         nearest_[first + k * step[a]] = out_index[k];
       }
     }
@@ -142,9 +153,29 @@ void ClosestPointTable::sweep(int axis) noexcept {
 void ClosestPointTable::build(const Surface& surface, double margin_m) noexcept {
   GRAPNEL_ASSERT(surface.size > 0 && surface.size < kNoPoint);
   surface_ = &surface;
-  shape(surface, margin_m);
+  shape(surface, margin_m, 0.0);
   seed();
   for (int axis = 0; axis < 3; ++axis) sweep(axis);
+}
+
+void ClosestPointTable::build_within(const Surface& surface, double reach_m) noexcept {
+  GRAPNEL_ASSERT(surface.size > 0 && surface.size < kNoPoint);
+  surface_ = &surface;
+  // A voxel's centre and its seed lie off what is looked up: by a voxel and a bit.
+  shape(surface, reach_m, reach_m / (kernels::kMaxClaimReach - 2));
+  std::fill_n(work_.begin(), voxel_count(), kernels::kUnclaimed);
+  for_seeds([&](std::size_t i, std::size_t voxel, float square) {
+    const auto claim =
+        static_cast<kernels::Claim>(square * 16.0F + 0.5F) << 16 | static_cast<kernels::Claim>(i);
+    work_[voxel] = std::min(work_[voxel], claim);
+  });
+  const int reach = std::min(static_cast<int>(reach_m / voxel_m_) + 2, kernels::kMaxClaimReach);
+  const std::int32_t size[3] = {size_[0], size_[1], size_[2]};
+  for (int axis = 0; axis < 3; ++axis) kernels::spread_claims(axis, size, reach, work_.data());
+  const std::size_t voxels = voxel_count();
+  for (std::size_t voxel = 0; voxel < voxels; ++voxel) {
+    nearest_[voxel] = static_cast<std::uint16_t>(work_[voxel]);
+  }
 }
 
 std::int32_t ClosestPointTable::nearby(const Vec3f& p) const noexcept {

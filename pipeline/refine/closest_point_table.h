@@ -22,6 +22,9 @@ class ClosestPointTable final : public ClosestSurface {
 
   /// Indexes `surface`, which must stay where it is, with a margin on every side. O(voxels).
   void build(const Surface& surface, double margin_m) noexcept;
+  /// Sooner, for surfaces that are indexed anew for each job: with a margin of `reach_m`, and right
+  /// as far from the surface as that. A voxel farther away names any point. O(voxels × reach).
+  void build_within(const Surface& surface, double reach_m) noexcept;
 
   /// The nearest of the candidates that the eight voxels around `p` name; -1 beyond
   /// `max_distance_m`, and outside of the grid.
@@ -45,13 +48,19 @@ class ClosestPointTable final : public ClosestSurface {
   [[nodiscard]] double voxel_m() const noexcept { return voxel_m_; }
 
  private:
-  void shape(const Surface& surface, double margin_m) noexcept;
+  void shape(const Surface& surface, double margin_m, double least_voxel_m) noexcept;
+  [[nodiscard]] std::size_t voxel_count() const noexcept;
+  /// Calls `claim` with each point, its voxel and its distance² from that's centre, in voxels.
+  template <class Claim>
+  void for_seeds(const Claim& claim) noexcept;
   void seed() noexcept;
   void sweep(int axis) noexcept;
 
   const Surface* surface_ = nullptr;
   std::span<std::uint16_t> nearest_;
-  std::span<float> square_;  // distance² of the voxel centre to its seed's voxel, in voxels
+  // While it is built: a voxel's claim, or as a float's bits the distance² of its centre to its
+  // seed's voxel, in voxels.
+  std::span<std::uint32_t> work_;
   std::array<int, 3> size_{};
   Vec3f origin_ = Vec3f::Zero();
   float per_metre_ = 0.0F;

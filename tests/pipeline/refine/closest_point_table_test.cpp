@@ -70,6 +70,36 @@ TEST(ClosestPointTable, RespectsItsDistanceAndItsEdges) {
   EXPECT_EQ(table.closest(Vec3f(nan, 0.0F, 0.0F), 1.0F), -1);
 }
 
+TEST(ClosestPointTable, FindsWithinItsReachWhatASearchFindsOrOneAsNear) {
+  test::OwnedSurface ball = test::bumpy_ball(3000, 0.1);
+  for (const double reach_m : {0.01, 0.03}) {
+    ClosestPointTable table;
+    const test::ArenaMemory memory([&](Arena& arena) { table.reserve(arena, 250000); });
+    table.build_within(*ball, reach_m);
+    Rng rng(7);
+    std::size_t found_any = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const auto k = rng.below(static_cast<std::uint32_t>(ball->size));
+      const Vec3f p = ball->point(k) + 0.02F * Vec3f(static_cast<float>(rng.normal()),
+                                                     static_cast<float>(rng.normal()),
+                                                     static_cast<float>(rng.normal()));
+      const float nearest = brute_force(*ball, p);
+      const std::int32_t found = table.closest(p, static_cast<float>(reach_m));
+      // Candidates belong to voxel centres; a nearer point may hide by half a voxel's diagonal.
+      const float slack = 0.9F * static_cast<float>(table.voxel_m());
+      if (nearest > static_cast<float>(reach_m)) {
+        EXPECT_EQ(found, -1);
+      } else if (nearest < static_cast<float>(reach_m) - slack) {
+        ASSERT_GE(found, 0);
+      }
+      if (found < 0) continue;
+      ++found_any;
+      EXPECT_LT((ball->point(static_cast<std::size_t>(found)) - p).norm() - nearest, slack);
+    }
+    EXPECT_GT(found_any, 900U);
+  }
+}
+
 TEST(ClosestPointTable, FindsForManyPointsWhatItFindsForEach) {
   test::OwnedSurface ball = test::bumpy_ball(1500, 0.2);
   ClosestPointTable table;
