@@ -53,8 +53,9 @@ void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
                                                : limits.max_neighbours;
   search_.reserve(arena, limits);
   points_ = arena.take<float>(points * kernels::kOrientedRow);
-  weights_ = arena.take<float>(points);
-  for (std::span<std::int32_t>* list : {&row_of_point_, &row_at_, &others_, &rows_}) {
+  weights_ = arena.take<float>(points + kernels::kRowSlack);
+  rows_ = arena.take<std::int32_t>(points + kernels::kRowSlack);
+  for (std::span<std::int32_t>* list : {&row_of_point_, &row_at_, &others_}) {
     *list = arena.take<std::int32_t>(points);
   }
   bins_ = arena.take<std::int32_t>(max_neighbours_ + 8);
@@ -87,16 +88,8 @@ void FpfhEstimator::arrange(const Surface& surface, std::span<const Keypoint> ke
 }
 
 std::size_t FpfhEstimator::rows_around(const Neighbourhood& around) noexcept {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < around.size(); ++i) {
-    const std::int32_t row = row_at_[static_cast<std::size_t>(around.index[i])];
-    rows_[count] = row;
-    weights_[count] = around.squared_m2[i];
-    count +=
-        static_cast<std::size_t>(row >= 0) & static_cast<std::size_t>(around.squared_m2[i] != 0.0F);
-  }
-  for (std::size_t i = 0; i < count; ++i) weights_[i] = 1.0F / weights_[i];
-  return count;
+  return kernels::select_rows(around.index, around.squared_m2.data(), row_at_.data(), rows_.data(),
+                              weights_.data());
 }
 
 void FpfhEstimator::count_fast(std::size_t position,

@@ -74,6 +74,9 @@ void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const
 void add_weighted_row(const float* row, std::span<const std::int32_t> targets, const float* weights,
                       std::size_t stride, float* matrix) noexcept;
 
+std::size_t select_rows(std::span<const std::int32_t> position, const float* squared_m2,
+                        const std::int32_t* row_at, std::int32_t* rows, float* weights) noexcept;
+
 std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& motion,
                           float squared_m2) noexcept;
 

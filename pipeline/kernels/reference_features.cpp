@@ -109,6 +109,18 @@ void add_weighted_row(const float* row, std::span<const std::int32_t> targets, c
   }
 }
 
+std::size_t select_rows(std::span<const std::int32_t> position, const float* squared_m2,
+                        const std::int32_t* row_at, std::int32_t* rows, float* weights) noexcept {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const std::int32_t row = row_at[position[i]];
+    if (row < 0 || !(squared_m2[i] > 0.0F)) continue;
+    rows[found] = row;
+    weights[found++] = 1.0F / squared_m2[i];
+  }
+  return found;
+}
+
 std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const RigidMotion& m,
                           float squared_m2) noexcept {
   std::size_t inliers = 0;

@@ -171,6 +171,32 @@ TEST_P(FeatureKernel, WeightedRowsHaveTheSameBitsAsPlainLoops) {
   EXPECT_EQ(std::memcmp(matrix.data(), expected.data(), matrix.size() * sizeof(float)), 0);
 }
 
+TEST_P(FeatureKernel, SelectedRowsAreThoseOfPlainLoops) {
+  Rng rng(32);
+  std::vector<std::int32_t> row_at(300);
+  for (std::int32_t& row : row_at) {
+    row = rng.below(4) == 0 ? static_cast<std::int32_t>(rng.below(50)) : -1;
+  }
+  for (const std::size_t count : {0U, 1U, 8U, 13U, 250U}) {
+    // Behind the neighbours positions that are none.
+    std::vector<std::int32_t> position(count + kernels::kRowSlack, 1 << 30);
+    std::vector<float> squared_m2(position.size(), 1.0F);
+    for (std::size_t i = 0; i < count; ++i) {
+      position[i] = static_cast<std::int32_t>(rng.below(300));
+      squared_m2[i] = rng.below(5) == 0 ? 0.0F : static_cast<float>(rng.uniform(1e-6, 1.0));
+    }
+    const std::span<const std::int32_t> neighbours = std::span(position).first(count);
+    std::vector<std::int32_t> rows(count + kernels::kRowSlack), plain_rows(rows.size());
+    std::vector<float> weights(rows.size()), plain_weights(rows.size());
+    const std::size_t found = kernels::select_rows(neighbours, squared_m2.data(), row_at.data(),
+                                                   rows.data(), weights.data());
+    ASSERT_EQ(found, kernels::reference::select_rows(neighbours, squared_m2.data(), row_at.data(),
+                                                     plain_rows.data(), plain_weights.data()));
+    EXPECT_EQ(std::memcmp(rows.data(), plain_rows.data(), found * sizeof(std::int32_t)), 0);
+    EXPECT_EQ(std::memcmp(weights.data(), plain_weights.data(), found * sizeof(float)), 0);
+  }
+}
+
 TEST_P(FeatureKernel, InliersAndAgreeingPairsAreThoseOfPlainLoops) {
   for (const std::size_t count : {1U, 8U, 67U, 500U}) {
     Points points(500);
