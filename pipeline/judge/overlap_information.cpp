@@ -14,26 +14,46 @@ constexpr float kCosNormal = 0.7F;
 // A direction keeps at least this share of what the strongest has, so that an inverse exists.
 constexpr double kLeastShare = 1e-8;
 
-using Matrix36 = Eigen::Matrix<double, 3, 6>;
-
 /// Sums over the matched points, about `centre`.
 struct Sums {
-  Mat6d information = Mat6d::Zero();
-  Mat6d per_variance = Mat6d::Zero();  ///< Σ of what a unit variance of the normals adds
-  double disagreement = 0.0;           ///< Σ (1 - cosine between partners' normals)
-  double arm_square_m2 = 0.0;
+  double upper[21] = {};  ///< of the information, row by row
+  Vec3d arms = Vec3d::Zero();
+  Mat3d arm_products = Mat3d::Zero();
+  double disagreement = 0.0;  ///< Σ (1 - cosine between partners' normals)
   std::size_t points = 0;
 
   void add(const Vec3d& arm, const Vec3d& normal, double cosine) noexcept {
-    Matrix36 moves;  // of the point, by the six motions
-    moves << Mat3d::Identity(), -skew(arm);
-    const Vec6d row = moves.transpose() * normal;
-    information.noalias() += row * row.transpose();
-    const Matrix36 across = moves - normal * row.transpose();
-    per_variance.noalias() += across.transpose() * across;
+    const Vec3d turn = arm.cross(normal);
+    const double row[6] = {normal.x(), normal.y(), normal.z(), turn.x(), turn.y(), turn.z()};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) upper[k++] += row[a] * row[b];
+    }
+    arms += arm;
+    arm_products += arm * arm.transpose();
     disagreement += 1.0 - cosine;
-    arm_square_m2 += arm.squaredNorm();
     ++points;
+  }
+
+  [[nodiscard]] Mat6d information() const noexcept {
+    Mat6d full;
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) full(a, b) = full(b, a) = upper[k++];
+    }
+    return full;
+  }
+
+  /// What a unit variance of the normals adds to the information: with M = [1, -skew(arm)], the
+  /// point's shift by the six motions, and the row Mᵀ n of a unit normal n it is Σ (M - n rowᵀ)ᵀ
+  /// (M - n rowᵀ) = Σ Mᵀ M - Σ row rowᵀ.
+  [[nodiscard]] Mat6d per_variance() const noexcept {
+    Mat6d moves;
+    moves.topLeftCorner<3, 3>() = static_cast<double>(points) * Mat3d::Identity();
+    moves.topRightCorner<3, 3>() = -skew(arms);
+    moves.bottomLeftCorner<3, 3>() = skew(arms);
+    moves.bottomRightCorner<3, 3>() = arm_products.trace() * Mat3d::Identity() - arm_products;
+    return moves - information();
   }
 };
 
@@ -41,13 +61,13 @@ struct Sums {
 /// measured by the shift of a point one mean arm away.
 Mat6d without_noise(const Sums& sums) noexcept {
   const auto count = static_cast<double>(sums.points);
-  const double arm_m = std::max(std::sqrt(sums.arm_square_m2 / count), 1e-9);
+  const double arm_m = std::max(std::sqrt(sums.arm_products.trace() / count), 1e-9);
   // Two unit normals, each off by σ about two axes, differ by |a - b|² = 2 (1 - cos) = 4 σ².
   const double variance = 0.5 * sums.disagreement / count;
   Vec6d scale;
   scale << 1.0, 1.0, 1.0, 1.0 / arm_m, 1.0 / arm_m, 1.0 / arm_m;
-  const Mat6d scaled =
-      scale.asDiagonal() * (sums.information - variance * sums.per_variance) * scale.asDiagonal();
+  const Mat6d scaled = scale.asDiagonal() * (sums.information() - variance * sums.per_variance()) *
+                       scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Mat6d> solver(scaled);
   const double least = kLeastShare * std::max(solver.eigenvalues()[5], 1e-12);
   const Mat6d kept = solver.eigenvectors() * solver.eigenvalues().cwiseMax(least).asDiagonal() *
