@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "base/hash.h"
 #include "base/insertion_sort.h"
 #include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/judge/covariance.h"
 #include "pipeline/judge/overlap_information.h"
+#include "pipeline/pair_views.h"
 #include "pipeline/refine/normal_equations.h"
 
 namespace grapnel {
@@ -21,49 +21,10 @@ constexpr double kCoarsePerSparse = 1.25;
 // Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller things.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfSize = 0.01;
+// Proposals this near are one, in sizes: less than coarse refinement bridges.
+constexpr double kSame = 0.03;
 // With fewer proposals nobody has looked for a rival of the pose they led to.
 constexpr std::size_t kFewestProposals = 4;
-
-std::uint64_t hash_of(const Surface& surface, std::uint64_t seed) noexcept {
-  for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
-    seed = hash_bytes(std::as_bytes(plane.first(surface.size)), seed);
-  }
-  return seed;
-}
-
-/// Points and attributes without the grid. False when they do not fit.
-bool copy_points(const Surface& from, Surface& to) noexcept {
-  if (from.size > to.capacity()) return false;
-  to.clear();
-  to.size = from.size;
-  std::copy_n(from.x.begin(), from.size, to.x.begin());
-  std::copy_n(from.y.begin(), from.size, to.y.begin());
-  std::copy_n(from.z.begin(), from.size, to.z.begin());
-  std::copy_n(from.nx.begin(), from.size, to.nx.begin());
-  std::copy_n(from.ny.begin(), from.size, to.ny.begin());
-  std::copy_n(from.nz.begin(), from.size, to.nz.begin());
-  std::copy_n(from.intensity.begin(), from.size, to.intensity.begin());
-  to.viewpoint = from.viewpoint;
-  to.has_viewpoint = from.has_viewpoint;
-  to.spacing_m = from.spacing_m;
-  return true;
-}
-
-void measure(const Surface& raw, ViewIndex& view) noexcept {
-  view.centre = centroid(raw);
-  double square = 0.0;
-  for (std::size_t i = 0; i < raw.size; ++i) {
-    square += (raw.point(i).cast<double>() - view.centre).squaredNorm();
-  }
-  view.size_m = 3.0 * std::sqrt(square / static_cast<double>(raw.size));
-}
-
-bool any_normal(const Surface& surface) noexcept {
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    if (surface.has_normal(i)) return true;
-  }
-  return false;
-}
 
 /// The same surface with another unit of distances.
 Surface with_spacing(const Surface& surface, double spacing_m) noexcept {
@@ -74,23 +35,10 @@ Surface with_spacing(const Surface& surface, double spacing_m) noexcept {
 
 }  // namespace
 
-void ViewIndex::reserve(Arena& arena, const Limits& limits, std::size_t dimension,
-                        std::size_t max_fine, std::size_t max_voxels, std::size_t max_samples) {
-  fine.reserve(arena, max_fine, 0);
-  coarse.reserve(arena, limits.max_points, 0);
-  table.reserve(arena, max_voxels);
-  samples.reserve(arena, max_samples);
-  keypoints = KeypointSet(arena.take<Keypoint>(limits.max_keypoints));
-  features.reserve(arena, limits.max_keypoints, dimension);
-}
-
 PairJob::PairJob(RegistrarState& state, const JobContext& context) noexcept
     : s_(state), p_(state.pair), context_(context), watch_(context, reports_), rng_(0) {}
 
 Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& target) noexcept {
-  reports_.seed =
-      static_cast<std::uint32_t>(hash_of(target, hash_of(source, s_.preset.fingerprint)));
-  rng_ = Rng(reports_.seed);
   if (source.size < 10 || target.size < 10) return Error{Code::TooFewPoints, Stage::Organize, 0};
   measure(source, p_.source);
   measure(target, p_.target);
@@ -109,6 +57,9 @@ Result<RegistrationReports> PairJob::run(const Surface& source, const Surface& t
   const bool one_side = (p_.source.own_normals || source.has_viewpoint) &&
                         (p_.target.own_normals || target.has_viewpoint);
   if (!one_side) p_.source.own_normals = p_.target.own_normals = false;
+  reports_.seed = static_cast<std::uint32_t>(
+      hash_of(p_.target.fine, hash_of(p_.source.fine, s_.preset.fingerprint)));
+  rng_ = Rng(reports_.seed);
   // A cloud may be sparser than what its size asks for.
   const double sparsest_m = std::max(p_.source.fine.spacing_m, p_.target.fine.spacing_m);
   const double spacing_m = std::max(wanted_m, kCoarsePerSparse * sparsest_m);
@@ -153,7 +104,8 @@ Status PairJob::thin_to(double leaf_m, Surface& out) noexcept {
 }
 
 Status PairJob::thin(const Surface& raw, double fine_m, ViewIndex& view) noexcept {
-  if (!copy_points(raw, p_.work)) {
+  const int stride = stride_for(raw, view.centre, fine_m);
+  if (!(stride > 1 ? copy_blocks(raw, stride, fine_m, p_.work) : copy_points(raw, p_.work))) {
     return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(raw.size)};
   }
   view.own_normals = any_normal(raw);
@@ -249,7 +201,17 @@ void PairJob::settle() noexcept {
   p_.settled.clear();
   const double spacing_m = p_.target.coarse.spacing_m;
   const PoseScore score = rating(0.5 * s_.stages.params.search.coarse_tolerance_ratio * size_m_);
-  for (const Hypothesis& hypothesis : p_.proposed) {
+  std::size_t starts = 0;
+  for (std::size_t i = 0; i < p_.proposed.size(); ++i) {
+    const Hypothesis hypothesis = p_.proposed[i];
+    // Of poses that end in one place the best suffices.
+    const auto same = [&](const Hypothesis& better) {
+      return displacement_m(better.target_from_source, hypothesis.target_from_source, centre_,
+                            0.5 * size_m_) < kSame * size_m_;
+    };
+    const std::span<const Hypothesis> before = p_.proposed.span().first(starts);
+    if (std::any_of(before.begin(), before.end(), same)) continue;
+    p_.proposed[starts++] = hypothesis;
     const Result<RefinedPose> refined = refine(*s_.stages.refine_coarse, p_.source.coarse,
                                                spacing_m, hypothesis.target_from_source);
     if (!refined.ok()) continue;

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/pair_state.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// Hash of all points. O(n).
+[[nodiscard]] std::uint64_t hash_of(const Surface& surface, std::uint64_t seed) noexcept;
+
+/// Points and attributes without the grid. False when they do not fit.
+bool copy_points(const Surface& from, Surface& to) noexcept;
+
+/// The same of an organised surface, whose blocks of `stride` by `stride` pixels become one point,
+/// where they show one surface: soon to be averaged in cells of `leaf_m` anyway.
+bool copy_blocks(const Surface& from, int stride, double leaf_m, Surface& to) noexcept;
+
+/// The most pixels both ways of a block that is clearly smaller than a cell of `leaf_m`, at the
+/// distance of `centre` from the camera; 1 for a cloud.
+[[nodiscard]] int stride_for(const Surface& raw, const Vec3d& centre, double leaf_m) noexcept;
+
+/// Fills the view's centre and size from some thousands of the points, at least one. O(1).
+void measure(const Surface& raw, ViewIndex& view) noexcept;
+
+/// Whether a point has a normal. O(n).
+[[nodiscard]] bool any_normal(const Surface& surface) noexcept;
+
+}  // namespace grapnel
