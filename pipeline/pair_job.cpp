@@ -23,6 +23,10 @@ constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfSize = 0.01;
 // Proposals this near are one, in sizes: less than coarse refinement bridges.
 constexpr double kSame = 0.03;
+// A first test looks at every fourth point…
+constexpr std::size_t kGlanceStep = 4;
+// …and poses below this share of the best one's worth can't become its rivals by finer refinement.
+constexpr double kAlternative = 0.4;
 // With fewer proposals nobody has looked for a rival of the pose they led to.
 constexpr std::size_t kFewestProposals = 4;
 
@@ -229,33 +233,51 @@ void PairJob::settle() noexcept {
   }
 }
 
+void PairJob::keep_candidate(const PairCandidate& candidate) noexcept {
+  for (PairCandidate& other : p_.candidates) {
+    if (distinct(candidate.refined.target_from_source, other.refined.target_from_source)) continue;
+    if (candidate.worth > other.worth) other = candidate;
+    return;
+  }
+  p_.candidates.push_back(candidate);
+}
+
 void PairJob::verify(const Surface& source, const Surface& target) noexcept {
   p_.candidates.clear();
   const OverlapTolerance tolerance{s_.stages.params.general.sigma_1m_m,
                                    std::min(kFloor_m, kFloorOfSize * size_m_)};
   const OverlapView source_view{&source, &p_.source.fine, &p_.source.table};
   const OverlapView target_view{&target, &p_.target.fine, &p_.target.table};
-  for (const Hypothesis& hypothesis : p_.settled) {
-    Result<RefinedPose> refined = refine(*s_.stages.refine, p_.source.fine,
-                                         p_.target.coarse.spacing_m, hypothesis.target_from_source);
-    if (!refined.ok()) continue;
-    // Once more with the fine points' own distance as the unit.
-    Result<RefinedPose> finer = refine(*s_.stages.refine, p_.source.fine, p_.target.fine.spacing_m,
-                                       refined.value().target_from_source);
-    PairCandidate candidate;
-    candidate.refined = finer.ok() ? finer.value() : refined.value();
+  const Surface some_source = every_nth(p_.source.fine, kGlanceStep, 0, p_.work);
+  const Surface some_target = every_nth(p_.target.fine, kGlanceStep, some_source.size, p_.work);
+  const OverlapView source_glance{&source, &some_source, &p_.source.table};
+  const OverlapView target_glance{&target, &some_target, &p_.target.table};
+  const auto test = [&](const OverlapView& source_points, const OverlapView& target_points,
+                        PairCandidate& candidate) {
     const Pose& pose = candidate.refined.target_from_source;
-    candidate.forward = test_overlap(source_view, target_view, pose, tolerance);
-    candidate.back = test_overlap(target_view, source_view, pose.inverse(), tolerance);
+    candidate.forward = test_overlap(source_points, target_view, pose, tolerance);
+    candidate.back = test_overlap(target_points, source_view, pose.inverse(), tolerance);
     candidate.worth = worth(candidate.forward, candidate.back);
-    bool merged = false;
-    for (PairCandidate& other : p_.candidates) {
-      if (distinct(pose, other.refined.target_from_source)) continue;
-      merged = true;
-      if (candidate.worth > other.worth) other = candidate;
-      break;
+  };
+  double best = 0.0;
+  for (const Hypothesis& hypothesis : p_.settled) {
+    const Result<RefinedPose> refined =
+        refine(*s_.stages.refine, p_.source.fine, p_.target.coarse.spacing_m,
+               hypothesis.target_from_source);
+    if (!refined.ok()) continue;
+    PairCandidate candidate;
+    candidate.refined = refined.value();
+    test(source_glance, target_glance, candidate);
+    if (best == 0.0 || candidate.worth > kAlternative * best) {
+      // Once more with the fine points' own distance as the unit.
+      const Result<RefinedPose> finer =
+          refine(*s_.stages.refine, p_.source.fine, p_.target.fine.spacing_m,
+                 refined.value().target_from_source);
+      if (finer.ok()) candidate.refined = finer.value();
+      test(source_view, target_view, candidate);
+      best = std::max(best, candidate.worth);
     }
-    if (!merged) p_.candidates.push_back(candidate);
+    keep_candidate(candidate);
   }
   insertion_sort(p_.candidates.begin(), p_.candidates.end(),
                  [](const PairCandidate& a, const PairCandidate& b) { return a.worth > b.worth; });

@@ -27,6 +27,8 @@ class PairJob {
   void propose() noexcept;
   void settle() noexcept;
   void verify(const Surface& source, const Surface& target) noexcept;
+  /// Of candidates that are not distinct the best is kept.
+  void keep_candidate(const PairCandidate& candidate) noexcept;
   void judge(const Surface& source, const Surface& target, RegistrationReport& report) noexcept;
   [[nodiscard]] Result<RefinedPose> refine(PoseRefiner& refiner, const Surface& moving,
                                            double spacing_m,

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "base/assert.h"
 #include "base/hash.h"
 
 namespace grapnel {
@@ -170,6 +171,26 @@ bool copy_blocks(const Surface& from, int stride, double leaf_m, Surface& to) no
   to.has_viewpoint = from.has_viewpoint;
   to.spacing_m = stride * from.spacing_m;
   return true;
+}
+
+Surface every_nth(const Surface& surface, std::size_t n, std::size_t begin,
+                  const Surface& memory) noexcept {
+  Surface part = surface;
+  part.grid = {};
+  part.size = (surface.size + n - 1) / n;
+  GRAPNEL_ASSERT(begin + part.size <= memory.capacity());
+  const auto thin = [&](const std::span<float>& from, const std::span<float>& room) {
+    const std::span<float> to = room.subspan(begin, part.size);
+    for (std::size_t i = 0; i < part.size; ++i) to[i] = from[n * i];
+    return to;
+  };
+  part.x = thin(surface.x, memory.x);
+  part.y = thin(surface.y, memory.y);
+  part.z = thin(surface.z, memory.z);
+  part.nx = thin(surface.nx, memory.nx);
+  part.ny = thin(surface.ny, memory.ny);
+  part.nz = thin(surface.nz, memory.nz);
+  return part;
 }
 
 bool any_normal(const Surface& surface) noexcept {

@@ -24,6 +24,11 @@ bool copy_blocks(const Surface& from, int stride, double leaf_m, Surface& to) no
 /// Fills the view's centre and size from some thousands of the points, at least one. O(1).
 void measure(const Surface& raw, ViewIndex& view) noexcept;
 
+/// Every n-th point with its normal, without the grid, in the memory of another surface from its
+/// `begin`-th point on, where there must be room.
+[[nodiscard]] Surface every_nth(const Surface& surface, std::size_t n, std::size_t begin,
+                                const Surface& memory) noexcept;
+
 /// Whether a point has a normal. O(n).
 [[nodiscard]] bool any_normal(const Surface& surface) noexcept;
 
