@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
-#include "pipeline/kernels/eigenvalues.h"
+#include "pipeline/kernels/eigenvectors.h"
 
 namespace grapnel::kernels {
 
@@ -13,6 +14,9 @@ namespace grapnel::kernels {
 inline constexpr int kRangeBlock = 16;
 /// Pixels around a block that are read.
 inline constexpr int kRangeReach = 3;
+
+/// Ninth smallest squared distance of a patch from which on it has fewer than nine pixels.
+inline constexpr float kTooFew_m2 = 1e29F;
 
 /// Planes of a range image; `at` arguments below index a block's first pixel.
 struct RangePlanes {
@@ -28,10 +32,16 @@ struct Spread {
   float *mean_x = nullptr, *mean_y = nullptr, *mean_z = nullptr;
 };
 
-/// Of the 5 × 5 pixels about each: the ninth smallest squared distance (1e29 and more where there
-/// are fewer), and mean and covariance of the offsets to those at most twice that far.
+/// Of the 5 × 5 pixels about each: the ninth smallest squared distance (kTooFew_m2 and more
+/// where there are fewer), and mean and covariance of the offsets to those at most twice that far.
 void fit_patches(const RangePlanes& image, std::ptrdiff_t at, float* ninth_m2,
                  const Spread& out) noexcept;
+
+/// Turns a block's normals toward the camera, in place; `reach_m2` (see fit_patches) of pixels
+/// without coordinates becomes -1. Returns a bit for each pixel with coordinates that has no plane
+/// yet: its normal is zero, or it has fewer than nine pixels around it.
+[[nodiscard]] std::uint32_t face_camera(const RangePlanes& image, std::ptrdiff_t at,
+                                        const VectorPlanes& normals, float* reach_m2) noexcept;
 
 /// Values of a block's pixels besides their place.
 struct JumpPlanes {
@@ -43,6 +53,11 @@ struct JumpPlanes {
 /// three is far (x of 2e15).
 void jumps(const RangePlanes& image, const JumpPlanes& planes, std::ptrdiff_t at,
            std::ptrdiff_t step, float* out) noexcept;
+
+/// Pulls a block's scores toward the mean of the eight around each, where that can lift them to
+/// `least` and both have the same sign.
+void smooth_scores(const float* scores, std::ptrdiff_t at, std::ptrdiff_t stride, float least,
+                   float* out) noexcept;
 
 /// Covariance of the normals along eight beams of two pixels, as differences to each pixel's own.
 /// `code`: 1 a normal to count, 0 none, -1 the beam ends. `count` receives how many there were.

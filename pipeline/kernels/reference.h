@@ -9,9 +9,11 @@
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/plane_fit.h"
 #include "pipeline/kernels/pose_rating.h"
+#include "pipeline/kernels/range_levels.h"
 #include "pipeline/kernels/range_rows.h"
 #include "pipeline/kernels/rigid_pairs.h"
 #include "pipeline/kernels/spin_cells.h"
+#include "pipeline/kernels/surface_changes.h"
 #include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/kernels/weighted_rows.h"
 #include "pipeline/kernels/window_nearest.h"
@@ -82,6 +84,26 @@ std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const Rigi
 
 void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
                     const PairAgreement& agreement, std::uint64_t* bits) noexcept;
+
+void ranges(const RangePlanes& row, std::ptrdiff_t count, float* range, float* nearest,
+            float* farthest) noexcept;
+
+void halve_row(const RangeRow& from, std::ptrdiff_t stride, std::ptrdiff_t count,
+               const MutableRangeRow& to) noexcept;
+
+[[nodiscard]] std::uint32_t face_camera(const RangePlanes& image, std::ptrdiff_t at,
+                                        const VectorPlanes& normals, float* reach_m2) noexcept;
+
+void smooth_scores(const float* scores, std::ptrdiff_t at, std::ptrdiff_t stride, float least,
+                   float* out) noexcept;
+
+void add_votes(const ChangePlanes& changes, std::span<const ChangeRow> rows, const ChangeView& view,
+               ChangeVotes& votes) noexcept;
+
+[[nodiscard]] float spread_of(const ChangeVotes& votes) noexcept;
+
+void open_pixels(const RangePlanes& image, const std::uint8_t* state, std::ptrdiff_t at,
+                 const PixelWindow& window, const Sphere& sphere, std::uint64_t* open) noexcept;
 
 // Sums and roots in double: equal within the rounding of single precision, not bit by bit. These
 // take memory from the heap.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "base/math.h"
@@ -61,94 +62,144 @@ void NarfDetector::reserve(Arena& arena, const Limits& limits) {
   }
   borders_.reserve(arena, pixels);
   interest_ = arena.take<float>(pixels);
-  active_ = arena.take<std::uint8_t>(pixels);
+  active_ = arena.take<std::uint8_t>(pixels + kernels::kSlack);
   promising_ = arena.take<std::uint8_t>(pixels);
   queue_ = arena.take<std::int32_t>(pixels);
   touched_ = arena.take<std::uint8_t>(pixels);
   candidates_ = arena.take<Candidate>(points);
 }
 
-/// Pixels that a point within the radius of a place lies at most away; see SphereSums.
-double NarfDetector::reach_px(const Vec3d& place) const noexcept {
-  if (!(place.z() > radius_m_)) return 1e9;
-  const double a = place.x() / place.z();
-  const double b = place.y() / place.z();
-  return std::max(image().fx, image().fy) * radius_m_ * std::sqrt(1.0 + a * a + b * b) /
-         (place.z() - radius_m_);
+/// Pixels that a point within the radius of a pixel's place lies at most away; see SphereSums. The
+/// length of the pixel's ray to depth 1 is its range over its depth.
+double NarfDetector::reach_px(std::size_t pixel) const noexcept {
+  const auto depth = static_cast<double>(image().z[pixel]);
+  if (!(depth > radius_m_)) return 1e9;
+  return std::max(image().fx, image().fy) * radius_m_ * static_cast<double>(image().range[pixel]) /
+         (depth * (depth - radius_m_)) * (1.0 + 1e-6);
 }
 
-/// Widest reach of the level's surfaces, at least the two pixels that always count.
-int NarfDetector::widest_reach_px() const noexcept {
+void NarfDetector::measure(Served& served) const noexcept {
   const RangeImage& range = image();
   double widest = 2.0;
-  for (std::size_t pixel = 0; pixel < range.pixels(); ++pixel) {
-    if (range.valid(pixel)) widest = std::max(widest, reach_px(range.place(pixel)));
+  served.top = range.height;
+  served.bottom = 0;
+  for (int v = 0; v < range.height; ++v) {
+    const std::size_t first = range.at(0, v);
+    const std::size_t end = first + static_cast<std::size_t>(range.width);
+    bool any = false;
+    for (std::size_t pixel = first; pixel < end; ++pixel) {
+      if (!served.holds(range, pixel)) continue;
+      any = true;
+      widest = std::max(widest, reach_px(pixel));
+    }
+    if (!any) continue;
+    served.top = std::min(served.top, v);
+    served.bottom = v + 1;
   }
-  return static_cast<int>(std::min(widest, 1e6)) + 2;
+  served.reach =
+      std::min(static_cast<int>(std::min(widest, 1e6)) + 2, std::max(range.width, range.height));
 }
 
-/// Marks a box of `half` pixels about every seed.
+namespace {
+
+/// Every byte becomes the union of itself and those up to `count` - 1 steps behind it.
+void unite_ahead(std::span<std::uint8_t> bytes, std::size_t count, std::size_t step) noexcept {
+  using Word = std::uint64_t;
+  for (std::size_t have = 1; have < count;) {
+    const std::size_t more = std::min(have, count - have);
+    const std::size_t offset = more * step;
+    std::size_t i = 0;
+    // Only what lies ahead is read, before it is written.
+    for (; i + offset + sizeof(Word) <= bytes.size(); i += sizeof(Word)) {
+      Word own = 0;
+      Word other = 0;
+      std::memcpy(&own, &bytes[i], sizeof(Word));
+      std::memcpy(&other, &bytes[i + offset], sizeof(Word));
+      own |= other;
+      std::memcpy(&bytes[i], &own, sizeof(Word));
+    }
+    for (; i + offset < bytes.size(); ++i) {
+      bytes[i] = static_cast<std::uint8_t>(bytes[i] | bytes[i + offset]);
+    }
+    have += more;
+  }
+}
+
+}  // namespace
+
+/// Marks a box of `half` pixels about every seed, at the image's rim more.
 template <class Seed>
 void NarfDetector::mark_around(int half, const Seed& is_seed,
                                std::span<std::uint8_t> marks) noexcept {
-  const RangeImage& range = image();
-  const auto sweep = [&](int lines, int length, auto pixel_of, auto seed) {
-    for (int line = 0; line < lines; ++line) {
-      int last = -2 * half - 1;
-      for (int i = 0; i < length + half; ++i) {
-        if (i < length && seed(pixel_of(line, i))) last = i;
-        if (i >= half && i - half < length) {
-          touched_[pixel_of(line, i - half)] = last >= i - 2 * half ? 1 : 0;
-        }
-      }
-    }
-    std::copy_n(touched_.begin(), range.pixels(), marks.begin());
-  };
-  sweep(
-      range.height, range.width, [&](int v, int u) { return range.at(u, v); }, is_seed);
-  sweep(
-      range.width, range.height, [&](int u, int v) { return range.at(u, v); },
-      [&](std::size_t pixel) { return marks[pixel] != 0; });
-  std::fill_n(touched_.begin(), range.pixels(), std::uint8_t{0});
+  const std::size_t pixels = image().pixels();
+  const auto width = static_cast<std::size_t>(image().width);
+  const auto reach = static_cast<std::size_t>(half);
+  const std::span<std::uint8_t> seeds = touched_.first(pixels);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) seeds[pixel] = is_seed(pixel) ? 1 : 0;
+  unite_ahead(seeds, 2 * reach + 1, 1);
+  unite_ahead(seeds, 2 * reach + 1, width);
+  // Each holds the box whose first corner it is; the first boxes are those of the corner.
+  const std::size_t shift = std::min(reach * width + reach, pixels);
+  std::fill_n(marks.begin(), shift, std::uint8_t{0});
+  for (std::size_t pixel = 0; pixel < shift; pixel += width) {
+    const std::size_t count = std::min(width, shift - pixel);
+    for (std::size_t u = 0; u < count; ++u) marks[pixel + u] = seeds[u < reach ? 0 : u - reach];
+  }
+  std::copy_n(seeds.begin(), pixels - shift, marks.begin() + static_cast<std::ptrdiff_t>(shift));
+  std::fill(seeds.begin(), seeds.end(), std::uint8_t{0});
 }
 
-/// Interest of the level's pixels between two distances, and the candidates among them.
-void NarfDetector::look(std::size_t level, double nearest_m, double farthest_m) noexcept {
-  level_ = level;
-  const RangeImage& range = image();
+/// Interest of a level's pixels between two distances, and the candidates among them.
+void NarfDetector::look(const RangeImage& level, double nearest_m, double beyond_m) noexcept {
+  image_ = level;
+  Served served;
+  served.nearest_m = static_cast<float>(nearest_m);
+  served.beyond_m = static_cast<float>(std::min(beyond_m, 1e30));
   BorderParams params;
   params.min_probability = params_.min_border_probability;
   params.engine = params_.engine;
-  const auto served = [&](std::size_t pixel) {
-    const auto distance = static_cast<double>(range.range[pixel]);
-    return range.valid(pixel) && distance >= nearest_m && distance < farthest_m;
-  };
-  const bool fast = params_.engine == Engine::Fast;
-  const int reach = fast ? widest_reach_px() : 0;
-  if (fast) {
-    mark_around(reach + kBorderReach_px, served, promising_);
-    params.wanted = promising_.first(range.pixels());
+  if (params_.engine == Engine::Fast) {
+    measure(served);
+    if (served.top >= served.bottom) return;
+    const int margin = served.reach + kBorderReach_px;
+    const int top = std::max(0, served.top - margin);
+    image_ = rows_of(level, top, std::min(level.height, served.bottom + margin));
+    mark_around(
+        margin, [&](std::size_t pixel) { return served.holds(image_, pixel); }, promising_);
+    params.wanted = promising_.first(image_.pixels());
   }
-  borders_.extract(range, params, params_.min_change);
+  borders_.extract(image_, params, params_.min_change);
+  score(served);
+  add_candidates();
+}
+
+void NarfDetector::score(const Served& served) noexcept {
+  const RangeImage& range = image();
   for (std::size_t pixel = 0; pixel < range.pixels(); ++pixel) {
     const bool closed = !range.valid(pixel) || borders_.excluded(pixel);
     const bool changing = static_cast<double>(borders_.change(pixel)) >= params_.min_change;
     active_[pixel] = static_cast<std::uint8_t>(closed ? 2 : changing ? 1 : 0);
   }
+  const bool fast = params_.engine == Engine::Fast;
   // The histogram's spread is at most the largest change within the radius.
   const auto strong = [&](std::size_t pixel) {
     return active_[pixel] == 1 &&
            static_cast<double>(borders_.change(pixel)) >= params_.min_interest;
   };
-  if (fast) mark_around(reach, strong, promising_);
+  if (fast) mark_around(served.reach, strong, promising_);
+  // A change disturbs its own pixel most.
+  const auto may_be = [&](std::size_t pixel) {
+    if (!fast) return true;
+    const double calm = 1.0 - 0.5 * static_cast<double>(borders_.change(pixel));
+    return promising_[pixel] != 0 && (active_[pixel] != 1 || calm * calm >= params_.min_interest);
+  };
   for (int v = 0; v < range.height; ++v) {
     for (int u = 0; u < range.width; ++u) {
       const std::size_t pixel = range.at(u, v);
-      const bool wanted = active_[pixel] != 2 && served(pixel);
+      const bool wanted = active_[pixel] != 2 && may_be(pixel) && served.holds(range, pixel);
       interest_[pixel] = wanted ? static_cast<float>(interest_of(u, v)) : 0.0F;
     }
   }
-  add_candidates();
 }
 
 /// Pixels of enough interest that no neighbour exceeds.
@@ -159,7 +210,7 @@ void NarfDetector::add_candidates() noexcept {
     for (int u = 0; u < range.width; ++u) {
       const std::size_t pixel = range.at(u, v);
       const float own = interest_[pixel];
-      if (range.kind[pixel] != RangeImage::Pixel::Point || !(own >= least)) continue;
+      if (!(own >= least) || range.kind[pixel] != RangeImage::Pixel::Point) continue;
       bool exceeded = false;
       for (int v2 = v - 1; v2 <= v + 1; ++v2) {
         for (int u2 = u - 1; u2 <= u + 1; ++u2) {
@@ -209,12 +260,16 @@ void NarfDetector::thin_out(KeypointSet& keypoints) noexcept {
   if (candidates_full_) keypoints.mark_overflowed();
 }
 
-std::size_t NarfDetector::build_levels() noexcept {
+std::size_t NarfDetector::count_levels() const noexcept {
   std::size_t levels = 1;
-  while (params_.pyramid && levels < kLevels && levels_[levels - 1].width > 8 &&
-         levels_[levels - 1].height > 8 &&
-         0.5 * levels_[levels - 1].resolution_rad < kCoarsest_rad) {
-    halve(levels_[levels - 1], levels_[levels]);
+  int width = levels_[0].width;
+  int height = levels_[0].height;
+  double resolution_rad = levels_[0].resolution_rad;
+  while (params_.pyramid && levels < kLevels && width > 8 && height > 8 &&
+         0.5 * resolution_rad < kCoarsest_rad) {
+    width /= 2;
+    height /= 2;
+    resolution_rad *= 2.0;
     ++levels;
   }
   return levels;
@@ -233,25 +288,22 @@ Status NarfDetector::detect(const Surface& surface, KeypointSet& keypoints) noex
   }
   if (const Status seen = see(surface, levels_[0]); !seen.ok()) return seen;
   if (params_.fill_shadows) fill_shadows(levels_[0], params_.max_shadow_px);
-  double nearest = std::numeric_limits<double>::max();
-  double farthest = 0.0;
-  for (std::size_t pixel = 0; pixel < levels_[0].pixels(); ++pixel) {
-    if (levels_[0].kind[pixel] != RangeImage::Pixel::Point) continue;
-    nearest = std::min(nearest, static_cast<double>(levels_[0].range[pixel]));
-    farthest = std::max(farthest, static_cast<double>(levels_[0].range[pixel]));
-  }
-  const std::size_t levels = build_levels();
+  image_ = levels_[0];
+  const auto nearest = static_cast<double>(levels_[0].nearest_m);
+  const auto farthest = static_cast<double>(levels_[0].farthest_m);
+  const std::size_t levels = count_levels();
   // A level serves the points between the distances at which its support and that of the next finer
   // one are patch_px wide.
   double beyond = std::numeric_limits<double>::max();
-  for (std::size_t level = 0; level < levels; ++level) {
+  for (std::size_t level = 0; level < levels && nearest < beyond; ++level) {
+    if (level > 0) halve(levels_[level - 1], levels_[level]);
     double from = 0.0;
     if (level + 1 < levels) {
-      const double angle = params_.patch_px * levels_[level + 1].resolution_rad;
+      const double angle = 2.0 * params_.patch_px * levels_[level].resolution_rad;
       const double cosine = math::cos(std::min(angle, 1.5));
       from = support * cosine / std::max(math::sin(std::min(angle, 1.5)), 1e-12);
     }
-    if (farthest >= from && nearest < beyond) look(level, from, beyond);
+    if (farthest >= from) look(levels_[level], from, beyond);
     beyond = from;
   }
   thin_out(keypoints);

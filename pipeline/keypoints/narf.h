@@ -43,8 +43,8 @@ class NarfDetector final : public KeypointDetector {
   void reserve(Arena& arena, const Limits& limits) override;
   Status detect(const Surface& surface, KeypointSet& keypoints) noexcept override;
 
-  /// Of the last level looked at (without pyramid: the whole image).
-  [[nodiscard]] const RangeImage& image() const noexcept { return levels_[level_]; }
+  /// Of the last level looked at, its rows that matter (without pyramid: the whole image).
+  [[nodiscard]] const RangeImage& image() const noexcept { return image_; }
   [[nodiscard]] const RangeBorders& borders() const noexcept { return borders_; }
   /// A pixel's interest; the fast engine knows only those of at least min_interest, others may be
   /// 0.
@@ -59,15 +59,32 @@ class NarfDetector final : public KeypointDetector {
   };
   struct View;
 
-  [[nodiscard]] std::size_t build_levels() noexcept;
-  void look(std::size_t level, double nearest_m, double farthest_m) noexcept;
+  /// Pixels of a level that are scored: their distances, the rows they lie in, and how many pixels
+  /// their surroundings reach at most.
+  struct Served {
+    float nearest_m = 0.0F;
+    float beyond_m = 0.0F;
+    int top = 0;
+    int bottom = 0;
+    int reach = 2;
+    [[nodiscard]] bool holds(const RangeImage& image, std::size_t pixel) const noexcept {
+      const float range = image.range[pixel];
+      return range >= nearest_m && range < beyond_m && image.valid(pixel);
+    }
+  };
+
+  [[nodiscard]] std::size_t count_levels() const noexcept;
+  void look(const RangeImage& level, double nearest_m, double beyond_m) noexcept;
+  void measure(Served& served) const noexcept;
+  void score(const Served& served) noexcept;
   [[nodiscard]] double interest_of(int u, int v) noexcept;
-  [[nodiscard]] double reach_px(const Vec3d& place) const noexcept;
-  [[nodiscard]] int widest_reach_px() const noexcept;
+  [[nodiscard]] double reach_px(std::size_t pixel) const noexcept;
   template <class Seed>
   void mark_around(int half, const Seed& is_seed, std::span<std::uint8_t> marks) noexcept;
   void flood(const View& view) noexcept;
-  [[nodiscard]] bool scan(const View& view) noexcept;
+  [[nodiscard]] kernels::ChangeView votes_of(const View& view) const noexcept;
+  [[nodiscard]] double vote(const View& view) noexcept;
+  void reach_around(const View& view, int half, std::span<std::uint64_t> reached) const noexcept;
   void gather(const View& view, std::size_t pixel, int distance_px, Gathered& into) const noexcept;
   void add_candidates() noexcept;
   void thin_out(KeypointSet& keypoints) noexcept;
@@ -75,7 +92,7 @@ class NarfDetector final : public KeypointDetector {
   NarfParams params_;
   double radius_m_ = 0.0;
   std::array<RangeImage, kLevels> levels_;
-  std::size_t level_ = 0;
+  RangeImage image_;  ///< in a level's memory
   RangeBorders borders_;
   std::span<float> interest_;
   std::span<std::uint8_t> active_;     ///< 0 calm, 1 changes enough to count, 2 of no surface

@@ -1,6 +1,5 @@
 // How interesting a pixel of a range image is: what changes around it and in which directions.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "pipeline/keypoints/narf.h"
@@ -11,6 +10,7 @@ namespace {
 
 /// Half the width of a window that fits a word a row.
 constexpr int kHalfWord = 31;
+constexpr std::size_t kWordRows = 2 * kHalfWord + 1;
 
 /// cos of 10, 20, … 170 degrees.
 constexpr std::array<double, 17> kCellEdges = {
@@ -65,6 +65,27 @@ struct NarfDetector::View {
   }
 };
 
+kernels::ChangeView NarfDetector::votes_of(const View& view) const noexcept {
+  const auto number = [](double value) { return static_cast<float>(value); };
+  kernels::ChangeView seen;
+  seen.x = number(view.place.x());
+  seen.y = number(view.place.y());
+  seen.z = number(view.place.z());
+  seen.across_x = number(view.across.x());
+  seen.across_z = number(view.across.z());
+  seen.up_x = number(view.up.x());
+  seen.up_y = number(view.up.y());
+  seen.up_z = number(view.up.z());
+  seen.squared_m2 = number(radius_m_) * number(radius_m_);
+  seen.per_radius = number(1.0 / radius_m_);
+  seen.per_optimal = number(1.0 / params_.optimal_distance_ratio);
+  // No product of two votes, neither above 1, reaches the square of min_interest with less.
+  seen.least = number(params_.min_interest * params_.min_interest * (1.0 - 1e-5));
+  seen.u = view.u;
+  seen.every_column = true;
+  return seen;
+}
+
 /// Adds what a changing pixel says about the view's pixel.
 void NarfDetector::gather(const View& view, std::size_t pixel, int distance_px,
                           Gathered& into) const noexcept {
@@ -112,82 +133,127 @@ void NarfDetector::flood(const View& view) noexcept {
   for (std::size_t i = 0; i < size; ++i) touched_[static_cast<std::size_t>(queue_[i])] = 0;
 }
 
-/// The same over a window of bits, a word a row. False when the radius needs a wider window.
-bool NarfDetector::scan(const View& view) noexcept {
-  const RangeImage& range = image();
-  const double reach = reach_px(view.place);
-  if (!(reach + 2.0 < kHalfWord)) return false;
-  const int half = std::max(2, static_cast<int>(reach) + 2);
-  const int rows = 2 * half + 1;
-  std::array<std::uint64_t, 2 * kHalfWord + 1> open{};
-  std::array<std::uint64_t, 2 * kHalfWord + 1> changing{};
-  std::uint64_t any = 0;
-  const int left = std::max(0, view.u - half);
-  const int right = std::min(range.width - 1, view.u + half);
-  for (int row = 0; row < rows; ++row) {
-    const int v = view.v - half + row;
-    if (v < 0 || v >= range.height) continue;
-    for (int u = left; u <= right; ++u) {
-      const std::size_t pixel = range.at(u, v);
-      if (active_[pixel] == 2) continue;
-      if (std::max(std::abs(u - view.u), std::abs(v - view.v)) > 2 &&
-          (range.place(pixel) - view.place).squaredNorm() > radius_m_ * radius_m_) {
-        continue;
-      }
-      const std::uint64_t bit = std::uint64_t{1} << (u - view.u + half);
-      open[static_cast<std::size_t>(row)] |= bit;
-      if (active_[pixel] == 1) changing[static_cast<std::size_t>(row)] |= bit;
-    }
-    any |= changing[static_cast<std::size_t>(row)];
+namespace {
+
+/// All of the runs of open pixels that hold one of `from`.
+std::uint64_t fill_runs(std::uint64_t from, std::uint64_t open) noexcept {
+  const std::uint64_t seeds = from & open;
+  // A carry runs up to a run's end; down it goes by doubling steps.
+  std::uint64_t filled = (open & ~(open + seeds)) | seeds;
+  std::uint64_t run = open;
+  for (unsigned step = 1; step < 64; step *= 2) {
+    filled |= run & (filled >> step);
+    run &= run >> step;
   }
-  if (any == 0) return true;
-  std::array<std::uint64_t, 2 * kHalfWord + 1> reached{};
-  reached[static_cast<std::size_t>(half)] = std::uint64_t{1} << half;
-  const auto spread = [&](std::size_t row, std::uint64_t from) {
-    std::uint64_t now = (reached[row] | from | from << 1 | from >> 1) & open[row];
-    for (std::uint64_t before = 0; before != now;) {
-      before = now;
-      now |= (now << 1 | now >> 1) & open[row];
-    }
+  return filled;
+}
+
+std::uint64_t beside(std::uint64_t bits) noexcept { return bits | bits << 1 | bits >> 1; }
+
+/// What of each row of `open` hangs together with `reached`, which starts in the middle row.
+void grow(std::span<const std::uint64_t> open, std::span<std::uint64_t> reached) noexcept {
+  const std::size_t rows = open.size();
+  const std::size_t middle = rows / 2;
+  for (std::size_t row = middle + 1; row < rows; ++row) {
+    reached[row] = fill_runs(beside(reached[row - 1]), open[row]);
+  }
+  for (std::size_t row = middle; row-- > 0;) {
+    reached[row] = fill_runs(beside(reached[row + 1]), open[row]);
+  }
+  if (std::equal(open.begin(), open.end(), reached.begin())) return;
+  const auto visit = [&](std::size_t row) {
+    const std::uint64_t above = row > 0 ? reached[row - 1] : 0;
+    const std::uint64_t below = row + 1 < rows ? reached[row + 1] : 0;
+    const std::uint64_t now = fill_runs(beside(above | below) | reached[row], open[row]);
     const bool grew = now != reached[row];
     reached[row] = now;
     return grew;
   };
-  const auto last = static_cast<std::size_t>(rows - 1);
   for (bool grew = true; grew;) {
     grew = false;
-    for (std::size_t row = 0; row <= last; ++row) {
-      grew = spread(row, row > 0 ? reached[row - 1] : 0) || grew;
-    }
-    for (std::size_t row = last + 1; row-- > 0;) {
-      grew = spread(row, row < last ? reached[row + 1] : 0) || grew;
-    }
+    for (std::size_t row = 0; row < rows; ++row) grew = visit(row) || grew;
+    for (std::size_t row = rows; row-- > 0;) grew = visit(row) || grew;
   }
-  for (int row = 0; row < rows; ++row) {
-    const auto i = static_cast<std::size_t>(row);
-    for (std::uint64_t bits = reached[i] & changing[i]; bits != 0; bits &= bits - 1) {
-      if (gathered_.negative < params_.min_interest) return true;
-      const int column = std::countr_zero(bits);
-      const std::size_t pixel = range.at(view.u - half + column, view.v - half + row);
-      gather(view, pixel, std::max(std::abs(column - half), std::abs(row - half)), gathered_);
-    }
+}
+
+}  // namespace
+
+/// The same as flood's set, over a window of bits, a word a row.
+void NarfDetector::reach_around(const View& view, int half,
+                                std::span<std::uint64_t> reached) const noexcept {
+  const RangeImage& range = image();
+  const int left = std::max(0, view.u - half);
+  const int top = std::max(0, view.v - half);
+  const kernels::PixelWindow window{std::min(range.width - 1, view.u + half) - left + 1,
+                                    std::min(range.height - 1, view.v + half) - top + 1,
+                                    view.u - left, view.v - top};
+  const Vec3f place = view.place.cast<float>();
+  const auto radius = static_cast<float>(radius_m_);
+  std::array<std::uint64_t, kWordRows> open{};
+  const auto skipped = static_cast<std::size_t>(top - (view.v - half));
+  kernels::open_pixels({range.x.data(), range.y.data(), range.z.data(), range.width},
+                       active_.data(), static_cast<std::ptrdiff_t>(range.at(left, top)), window,
+                       {place.x(), place.y(), place.z(), radius * radius}, open.data() + skipped);
+  const auto rows = static_cast<std::size_t>(2 * half + 1);
+  const int shift = left - (view.u - half);
+  for (std::uint64_t& row : open) row <<= shift;
+  std::fill(reached.begin(), reached.end(), std::uint64_t{0});
+  reached[rows / 2] = fill_runs(std::uint64_t{1} << half, open[rows / 2]);
+  grow(std::span<const std::uint64_t>(open).first(rows), reached.first(rows));
+}
+
+/// Interest by votes of the changes around, first of all of them, which bounds it from above; 0
+/// where it is below min_interest.
+double NarfDetector::vote(const View& view) noexcept {
+  const RangeImage& range = image();
+  const double reach = reach_px(range.at(view.u, view.v));
+  const int half = std::max(2, static_cast<int>(std::min(reach, 1e6)) + 2);
+  const bool narrow = half < kHalfWord;
+  const kernels::ChangeView seen = votes_of(view);
+  const int left = std::max(0, view.u - half);
+  const int right = std::min(range.width - 1, view.u + half);
+  std::array<kernels::ChangeRow, kWordRows> rows;
+  std::size_t count = 0;
+  kernels::ChangeVotes votes;
+  const auto interest = [&] { return votes.calm * votes.calm * kernels::spread_of(votes); };
+  for (int v = std::max(0, view.v - half); v <= std::min(range.height - 1, view.v + half); ++v) {
+    const PointRange found = borders_.changes_between(left, right, v);
+    if (found.begin == found.end) continue;
+    rows[count++] = {found, v - view.v, 0};
+    if (count < rows.size()) continue;
+    kernels::add_votes(borders_.changes(), rows, seen, votes);
+    count = 0;
   }
-  return true;
+  const std::span<kernels::ChangeRow> rest = std::span<kernels::ChangeRow>(rows).first(count);
+  kernels::add_votes(borders_.changes(), rest, seen, votes);
+  const auto bound = static_cast<double>(interest());
+  if (bound == 0.0 || bound < params_.min_interest) return 0.0;
+  if (!narrow) {
+    gathered_ = Gathered{};
+    flood(view);
+    return gathered_.negative * spread_of(gathered_.cells);
+  }
+  std::array<std::uint64_t, kWordRows> reached;
+  reach_around(view, half, reached);
+  for (kernels::ChangeRow& row : rest) {
+    row.reached = reached[static_cast<std::size_t>(row.down + half)];
+  }
+  kernels::ChangeView asked = seen;
+  asked.every_column = false;
+  asked.left = view.u - half;
+  votes = {};
+  kernels::add_votes(borders_.changes(), rest, asked, votes);
+  return static_cast<double>(interest());
 }
 
 double NarfDetector::interest_of(int u, int v) noexcept {
-  const bool fast = params_.engine == Engine::Fast;
-  const std::size_t pixel = image().at(u, v);
-  if (fast) {
-    const double calm = 1.0 - 0.5 * static_cast<double>(borders_.change(pixel));
-    const bool too_near = active_[pixel] == 1 && calm * calm < params_.min_interest;
-    if (promising_[pixel] == 0 || too_near) return 0.0;
-  }
   const View view(image(), u, v);
-  gathered_ = Gathered{};
-  if (!fast || !scan(view)) flood(view);
-  if (fast && gathered_.negative < params_.min_interest) return 0.0;
-  return gathered_.negative * spread_of(gathered_.cells);
+  if (params_.engine != Engine::Fast) {
+    gathered_ = Gathered{};
+    flood(view);
+    return gathered_.negative * spread_of(gathered_.cells);
+  }
+  return vote(view);
 }
 
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "base/arena.h"
-#include "pipeline/kernels/range_rows.h"
+#include "pipeline/kernels/surface_changes.h"
 #include "pipeline/keypoints/range_image.h"
 #include "pipeline/stage.h"
 
@@ -55,14 +55,25 @@ class RangeBorders {
     return direction_[pixel];
   }
 
+  /// The pixels of a surface that change at least as much as extract was told, row by row.
+  [[nodiscard]] kernels::ChangePlanes changes() const noexcept;
+  /// Those of them that lie in row v, columns `left` to `right`.
+  [[nodiscard]] PointRange changes_between(int left, int right, int v) const noexcept {
+    return {listed_before_[image_->at(left, v)], listed_before_[image_->at(right, v) + 1]};
+  }
+
  private:
   static constexpr std::uint8_t kObstacle = 1;
   static constexpr std::uint8_t kShadow = 2;
   static constexpr std::uint8_t kVeil = 4;
   static constexpr std::size_t kSides = 4;  ///< left, right, top, bottom
 
-  /// Planes of scratch for one row of pixels.
-  static constexpr std::size_t kRowPlanes = 13;
+  /// A pixel that may be a border, and how many pixels away each side's shadow begins; 0 = none.
+  struct Candidate {
+    std::int32_t pixel = -1;
+    std::array<std::uint8_t, kSides> shadow{};
+  };
+  struct BlockSpread;
 
   [[nodiscard]] bool wanted(std::size_t pixel) const noexcept {
     return params_.wanted.empty() || params_.wanted[pixel] != 0;
@@ -71,46 +82,50 @@ class RangeBorders {
     return Vec3f(normal_[0][pixel], normal_[1][pixel], normal_[2][pixel]).cast<double>();
   }
   [[nodiscard]] kernels::RangePlanes places() const noexcept;
-  [[nodiscard]] kernels::Spread spread_at(int u) const noexcept;
-  [[nodiscard]] kernels::SymmetricPlanes spread_rows() const noexcept;
   [[nodiscard]] bool by_blocks(int v, int reach) const noexcept;
   /// Calls block(index of its first pixel, u) over a row's inner pixels; the last one overlaps the
   /// one before. Blocks without a wanted pixel are left out.
   template <class Block>
   void each_block(int v, const Block& block) const noexcept;
   void fit_surfaces() noexcept;
-  void fit_row(int v) noexcept;
+  void fit_block(int u, int v) noexcept;
   void keep_plane(std::size_t pixel, double reach_m2, const Vec3d& mean,
                   const Vec3d& normal) noexcept;
   void fit_surface(int u, int v) noexcept;
   void score_jumps(std::size_t side, int v) noexcept;
+  void smooth(std::size_t side, int v) noexcept;
   void measure_changes(double min_change) noexcept;
-  void measure_row(int v, double min_change) noexcept;
+  void measure_block(std::size_t first, double min_change) noexcept;
   [[nodiscard]] float distance_change(int u, int v, int du, int dv, int radius) const noexcept;
   void score_borders() noexcept;
   [[nodiscard]] float smoothed(std::span<const float> scores, int u, int v) const noexcept;
-  [[nodiscard]] std::int32_t shadow_of(std::size_t side, int u, int v) noexcept;
-  [[nodiscard]] bool largest_along(std::size_t side, int u, int v,
-                                   std::int32_t shadow) const noexcept;
+  [[nodiscard]] int shadow_of(std::size_t side, int u, int v) noexcept;
+  [[nodiscard]] bool largest_along(std::size_t side, int u, int v, int shadow) const noexcept;
+  void list_candidates() noexcept;
   void classify() noexcept;
-  [[nodiscard]] Vec3f border_direction(int u, int v) const noexcept;
+  [[nodiscard]] Vec3f border_direction(std::size_t pixel) const noexcept;
   void average_directions() noexcept;
   void measure_change(int u, int v, double min_change) noexcept;
+  void list_changes(double min_change) noexcept;
 
   const RangeImage* image_ = nullptr;
   BorderParams params_;
   std::span<float> reach_m2_;  ///< squared distance that is still the same surface; < 0: none
   std::array<std::span<float>, 3> normal_;  ///< x, y, z of the local plane's
-  std::span<Vec3f> mean_;                   ///< of the local plane's points
+  std::array<std::span<float>, 3> mean_;    ///< of the local plane's points, less the pixel's own
   std::span<float> code_;                   ///< see kernels::beam_spread
-  std::array<std::span<float>, kRowPlanes> row_;
   std::array<std::span<float>, kSides> score_;
-  std::array<std::span<std::int32_t>, kSides> shadow_;
   std::span<float> before_;  ///< scores before smoothing
+  std::span<Candidate> candidates_;
+  std::size_t candidate_count_ = 0;
   std::span<std::uint8_t>
-      traits_;  ///< and, while classifying, the obstacle's sides in the high half
-  std::span<Vec3f> border_, direction_;
+      traits_;               ///< and, while classifying, the obstacle's sides in the high half
+  std::span<Vec3f> border_;  ///< of obstacles only
+  std::span<Vec3f> direction_;
   std::span<float> change_;
+  /// The changes' columns; mean_ has their places then, score_ directions, before_ strengths.
+  std::span<std::int32_t> column_;
+  std::span<std::int32_t> listed_before_;  ///< number of changes before each pixel, one more behind
 };
 
 template <class Block>

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/kernels/range_levels.h"
+
 namespace grapnel {
 
 namespace {
@@ -30,15 +32,35 @@ void set(RangeImage& image, std::size_t pixel, const Vec3f& p, std::int32_t poin
   image.point[pixel] = point;
 }
 
+/// Row of each pixel in turn: divides only where the row changes.
+class RowOf {
+ public:
+  explicit RowOf(int width) noexcept : width_(width) {}
+  [[nodiscard]] int operator()(int pixel) noexcept {
+    if (pixel < begin_ || pixel - begin_ >= width_) {
+      row_ = pixel / width_;
+      begin_ = row_ * width_;
+    }
+    return row_;
+  }
+  [[nodiscard]] int begin() const noexcept { return begin_; }
+
+ private:
+  int width_;
+  int row_ = 0;
+  int begin_ = 0;
+};
+
 Status see_grid(const Surface& surface, RangeImage& image) noexcept {
   const Surface::Grid& grid = surface.grid;
   int left = grid.width;
   int right = -1;
   int top = grid.height;
   int bottom = -1;
+  RowOf row_of(grid.width);
   for (std::size_t i = 0; i < surface.size; ++i) {
-    const int u = grid.pixel_of[i] % grid.width;
-    const int v = grid.pixel_of[i] / grid.width;
+    const int v = row_of(grid.pixel_of[i]);
+    const int u = grid.pixel_of[i] - row_of.begin();
     left = std::min(left, u);
     right = std::max(right, u);
     top = std::min(top, v);
@@ -50,7 +72,7 @@ Status see_grid(const Surface& surface, RangeImage& image) noexcept {
   bottom = std::min(grid.height - 1, bottom + kMargin);
   image.width = right - left + 1;
   image.height = bottom - top + 1;
-  if (image.pixels() > image.x.size()) {
+  if (image.pixels() > image.kind.size()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints,
                  static_cast<std::int32_t>(image.pixels())};
   }
@@ -60,9 +82,14 @@ Status see_grid(const Surface& surface, RangeImage& image) noexcept {
   image.cy = grid.intrinsics.cy - top;
   empty(image);
   for (std::size_t i = 0; i < surface.size; ++i) {
-    const int u = grid.pixel_of[i] % grid.width - left;
-    const int v = grid.pixel_of[i] / grid.width - top;
-    set(image, image.at(u, v), surface.point(i), static_cast<std::int32_t>(i));
+    const int v = row_of(grid.pixel_of[i]);
+    const int u = grid.pixel_of[i] - row_of.begin();
+    const std::size_t pixel = image.at(u - left, v - top);
+    image.x[pixel] = surface.x[i];
+    image.y[pixel] = surface.y[i];
+    image.z[pixel] = surface.z[i];
+    image.kind[pixel] = RangeImage::Pixel::Point;
+    image.point[pixel] = static_cast<std::int32_t>(i);
   }
   return {};
 }
@@ -106,7 +133,7 @@ Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
   const auto size_of = [&](double half) {
     return 2.0 * std::floor(focal * half) + 1.0 + 2.0 * kMargin;
   };
-  const auto room = static_cast<double>(image.x.size());
+  const auto room = static_cast<double>(image.kind.size());
   while (size_of(half_x) * size_of(half_y) > room && focal > 1.0) focal *= 0.9;
   if (size_of(half_x) * size_of(half_y) > room) {
     return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
@@ -133,9 +160,11 @@ Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
 }  // namespace
 
 void RangeImage::reserve(Arena& arena, std::size_t max_pixels) {
-  for (std::span<float>* plane : {&x, &y, &z, &range}) *plane = arena.take<float>(max_pixels);
+  // Windows and rows are read and written in whole blocks.
+  const std::size_t padded = max_pixels + 2 * kernels::kRangeBlock;
+  for (std::span<float>* plane : {&x, &y, &z, &range}) *plane = arena.take<float>(padded);
   kind = arena.take<Pixel>(max_pixels);
-  point = arena.take<std::int32_t>(max_pixels);
+  point = arena.take<std::int32_t>(padded);
 }
 
 Status see(const Surface& surface, RangeImage& image) noexcept {
@@ -145,15 +174,30 @@ Status see(const Surface& surface, RangeImage& image) noexcept {
       surface.organised() && surface.grid.intrinsics.fx > 0.0 && surface.grid.intrinsics.fy > 0.0;
   const Status status = grid ? see_grid(surface, image) : see_cloud(surface, image);
   image.resolution_rad = image.fx > 0.0 ? 1.0 / image.fx : 0.0;
+  if (!status.ok()) return status;
+  image.nearest_m = RangeImage::kNowhere_m;
+  image.farthest_m = 0.0F;
+  kernels::ranges({image.x.data(), image.y.data(), image.z.data(), image.width},
+                  static_cast<std::ptrdiff_t>(image.pixels()), image.range.data(), &image.nearest_m,
+                  &image.farthest_m);
   return status;
 }
 
 void fill_shadows(RangeImage& image, int max_gap_px) noexcept {
   using Pixel = RangeImage::Pixel;
+  constexpr int kAtOnce = 8;
   for (int v = 0; v < image.height; ++v) {
     int last = -1;
     for (int u = 0; u < image.width; ++u) {
       const std::size_t here = image.at(u, v);
+      if (last == u - 1 && u + kAtOnce <= image.width) {
+        const Pixel* const kinds = &image.kind[here];
+        if (std::all_of(kinds, kinds + kAtOnce, [](Pixel k) { return k == Pixel::Point; })) {
+          u += kAtOnce - 1;
+          last = u;
+          continue;
+        }
+      }
       if (image.kind[here] != Pixel::Point) {
         image.kind[here] = Pixel::Far;
         image.x[here] = RangeImage::kFar_m;
@@ -182,27 +226,32 @@ void halve(const RangeImage& from, RangeImage& to) noexcept {
   to.cy = 0.5 * from.cy;
   to.resolution_rad = 2.0 * from.resolution_rad;
   for (int v = 0; v < to.height; ++v) {
-    for (int u = 0; u < to.width; ++u) {
-      const std::size_t pixel = to.at(u, v);
-      to.kind[pixel] = RangeImage::Pixel::Unobserved;
-      to.point[pixel] = -1;
-      to.x[pixel] = RangeImage::kNowhere_m;
-      to.y[pixel] = to.z[pixel] = to.range[pixel] = 0.0F;
-      for (const std::size_t other : {from.at(2 * u, 2 * v), from.at(2 * u, 2 * v + 1),
-                                      from.at(2 * u + 1, 2 * v), from.at(2 * u + 1, 2 * v + 1)}) {
-        if (from.kind[other] == RangeImage::Pixel::Unobserved) continue;
-        const bool nearer = to.kind[pixel] < RangeImage::Pixel::Filled ||
-                            (from.valid(other) && from.range[other] <= to.range[pixel]);
-        if (!nearer) continue;
-        to.kind[pixel] = from.kind[other];
-        to.point[pixel] = from.point[other];
-        to.x[pixel] = from.x[other];
-        to.y[pixel] = from.y[other];
-        to.z[pixel] = from.z[other];
-        to.range[pixel] = from.range[other];
-      }
-    }
+    const std::size_t in = from.at(0, 2 * v);
+    const std::size_t out = to.at(0, v);
+    kernels::halve_row({&from.x[in], &from.y[in], &from.z[in], &from.range[in], &from.point[in]},
+                       from.width, to.width,
+                       {&to.x[out], &to.y[out], &to.z[out], &to.range[out], &to.point[out]});
   }
+  using Pixel = RangeImage::Pixel;
+  for (std::size_t pixel = 0; pixel < to.pixels(); ++pixel) {
+    const Pixel missing =
+        to.x[pixel] > 1.5F * RangeImage::kNowhere_m ? Pixel::Far : Pixel::Unobserved;
+    const Pixel seen = to.point[pixel] >= 0 ? Pixel::Point : Pixel::Filled;
+    to.kind[pixel] = to.x[pixel] < RangeImage::kNowhere_m ? seen : missing;
+  }
+}
+
+RangeImage rows_of(const RangeImage& image, int top, int bottom) noexcept {
+  RangeImage part = image;
+  const std::size_t begin = image.at(0, top);
+  part.height = bottom - top;
+  part.cy -= top;
+  for (std::span<float>* plane : {&part.x, &part.y, &part.z, &part.range}) {
+    *plane = plane->subspan(begin);
+  }
+  part.kind = part.kind.subspan(begin);
+  part.point = part.point.subspan(begin);
+  return part;
 }
 
 }  // namespace grapnel

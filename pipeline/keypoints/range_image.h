@@ -21,7 +21,8 @@ struct RangeImage {
   int width = 0;
   int height = 0;
   double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
-  double resolution_rad = 0.0;  ///< angle of a pixel at the middle
+  double resolution_rad = 0.0;                ///< angle of a pixel at the middle
+  float nearest_m = 0.0F, farthest_m = 0.0F;  ///< range of the points of what `see` saw
   /// Metres; range is the distance from the camera. Without coordinates x holds kNowhere_m or,
   /// where far, kFar_m, the others zero.
   std::span<float> x, y, z, range;
@@ -62,5 +63,8 @@ void fill_shadows(RangeImage& image, int max_gap_px) noexcept;
 
 /// Half the width and height: of each four pixels the nearest observed one (PCL's getHalfImage).
 void halve(const RangeImage& from, RangeImage& to) noexcept;
+
+/// Rows top … bottom - 1 of an image, in its memory.
+[[nodiscard]] RangeImage rows_of(const RangeImage& image, int top, int bottom) noexcept;
 
 }  // namespace grapnel

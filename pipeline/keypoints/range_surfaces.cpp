@@ -1,6 +1,8 @@
 // Local planes of a range image and how their normals spread: the fast engine in blocks of a row,
 // the reference engine and the image's rim pixel by pixel.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "pipeline/keypoints/range_borders.h"
@@ -22,24 +24,37 @@ Vec3d largest_eigenvector(const Symmetric3& m) noexcept {
   return smallest_eigenvector(rest, eigenvalues_symmetric3(rest));
 }
 
-/// Fewer valid pixels than the nine that are looked for.
-constexpr float kTooFew_m2 = 1e29F;
-
 }  // namespace
 
 kernels::RangePlanes RangeBorders::places() const noexcept {
   return {image_->x.data(), image_->y.data(), image_->z.data(), image_->width};
 }
 
-kernels::Spread RangeBorders::spread_at(int u) const noexcept {
-  const auto row = [&](std::size_t i) { return row_[i].data() + u; };
-  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8)};
-}
+/// Covariances of a block's pixels.
+struct RangeBorders::BlockSpread {
+  static constexpr std::size_t kEntries = 6;
+  std::array<std::array<float, kernels::kRangeBlock>, kEntries> entry{};
 
-kernels::SymmetricPlanes RangeBorders::spread_rows() const noexcept {
-  const auto row = [&](std::size_t i) { return row_[i].data() + kernels::kRangeReach; };
-  return {row(0), row(1), row(2), row(3), row(4), row(5)};
-}
+  [[nodiscard]] kernels::Spread with_mean(float* x, float* y, float* z) noexcept {
+    return {entry[0].data(),
+            entry[1].data(),
+            entry[2].data(),
+            entry[3].data(),
+            entry[4].data(),
+            entry[5].data(),
+            x,
+            y,
+            z};
+  }
+  [[nodiscard]] kernels::SymmetricPlanes planes() const noexcept {
+    return {entry[0].data(), entry[1].data(), entry[2].data(),
+            entry[3].data(), entry[4].data(), entry[5].data()};
+  }
+  [[nodiscard]] Symmetric3 of(std::size_t lane) const noexcept {
+    const auto value = [&](std::size_t k) { return static_cast<double>(entry[k][lane]); };
+    return {value(0), value(1), value(2), value(3), value(4), value(5)};
+  }
+};
 
 /// Whether a row's inner pixels are worked on in blocks: `reach` rows above and below are there.
 bool RangeBorders::by_blocks(int v, int reach) const noexcept {
@@ -54,9 +69,10 @@ void RangeBorders::keep_plane(std::size_t pixel, double reach_m2, const Vec3d& m
   const double sign = normal.dot(own) > 0.0 ? -1.0 : 1.0;
   reach_m2_[pixel] = static_cast<float>(reach_m2);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    normal_[axis][pixel] = static_cast<float>(sign * normal[static_cast<Eigen::Index>(axis)]);
+    const auto k = static_cast<Eigen::Index>(axis);
+    normal_[axis][pixel] = static_cast<float>(sign * normal[k]);
+    mean_[axis][pixel] = static_cast<float>(mean[k]);
   }
-  mean_[pixel] = (own + mean).cast<float>();
 }
 
 /// Plane through the patch's points that lie on the pixel's own surface: nearer than twice the
@@ -101,43 +117,43 @@ void RangeBorders::fit_surface(int u, int v) noexcept {
   keep_plane(pixel, *middle, mean, smallest_eigenvector(spread, eigenvalues_symmetric3(spread)));
 }
 
-void RangeBorders::fit_row(int v) noexcept {
-  const RangeImage& image = *image_;
-  constexpr int kRim = kernels::kRangeReach;
-  float* const ninth = row_[9].data();
-  each_block(v, [&](std::ptrdiff_t at, int u) {
-    kernels::fit_patches(places(), at, ninth + u, spread_at(u));
-  });
-  const auto inner = static_cast<std::size_t>(image.width - 2 * kRim);
-  kernels::eigenvalues(spread_rows(), inner, row_[10].data() + kRim, row_[11].data() + kRim,
-                       row_[12].data() + kRim);
-  for (int u = 0; u < image.width; ++u) {
-    const std::size_t pixel = image.at(u, v);
-    const auto i = static_cast<std::size_t>(u);
-    const bool rim = u < kRim || u >= image.width - kRim;
-    if (rim || !image.valid(pixel) || !wanted(pixel) || !(ninth[i] < kTooFew_m2)) {
-      fit_surface(u, v);
+void RangeBorders::fit_block(int u, int v) noexcept {
+  const std::size_t first = image_->at(u, v);
+  BlockSpread spread;
+  kernels::fit_patches(places(), static_cast<std::ptrdiff_t>(first), &reach_m2_[first],
+                       spread.with_mean(&mean_[0][first], &mean_[1][first], &mean_[2][first]));
+  const kernels::VectorPlanes normals{&normal_[0][first], &normal_[1][first], &normal_[2][first]};
+  kernels::smallest_eigenvectors(spread.planes(), kernels::kRangeBlock, normals);
+  std::uint32_t missing = kernels::face_camera(places(), static_cast<std::ptrdiff_t>(first),
+                                               normals, &reach_m2_[first]);
+  for (; missing != 0; missing &= missing - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(missing));
+    const std::size_t pixel = first + lane;
+    if (reach_m2_[pixel] >= kernels::kTooFew_m2) {
+      fit_surface(u + static_cast<int>(lane), v);
       continue;
     }
-    const auto value = [&](std::size_t plane) { return static_cast<double>(row_[plane][i]); };
-    const Symmetric3 spread = {value(0), value(1), value(2), value(3), value(4), value(5)};
-    keep_plane(pixel, value(9), Vec3d(value(6), value(7), value(8)),
-               smallest_eigenvector(spread, Vec3d(value(10), value(11), value(12))));
+    const Vec3d mean = Vec3f(mean_[0][pixel], mean_[1][pixel], mean_[2][pixel]).cast<double>();
+    const Symmetric3 matrix = spread.of(lane);
+    keep_plane(pixel, static_cast<double>(reach_m2_[pixel]), mean,
+               smallest_eigenvector(matrix, eigenvalues_symmetric3(matrix)));
+  }
+  if (params_.wanted.empty()) return;
+  for (std::size_t lane = 0; lane < kernels::kRangeBlock; ++lane) {
+    if (!wanted(first + lane)) reach_m2_[first + lane] = -1.0F;
   }
 }
 
 void RangeBorders::fit_surfaces() noexcept {
   const RangeImage& image = *image_;
-  for (std::span<float>& plane : row_) {
-    const std::size_t used = static_cast<std::size_t>(image.width) + kernels::kEigenBlock;
-    std::fill_n(plane.begin(), std::min(used, plane.size()), 0.0F);
-  }
+  std::fill_n(reach_m2_.begin(), image.pixels(), -1.0F);
   for (int v = 0; v < image.height; ++v) {
-    if (params_.plane_radius_px == 2 && by_blocks(v, 2)) {
-      fit_row(v);
-      continue;
+    const bool blocks = params_.plane_radius_px == 2 && by_blocks(v, 2);
+    if (blocks) each_block(v, [&](std::ptrdiff_t, int u) { fit_block(u, v); });
+    for (int u = 0; u < image.width; ++u) {
+      if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
+      fit_surface(u, v);
     }
-    for (int u = 0; u < image.width; ++u) fit_surface(u, v);
   }
 }
 
@@ -173,55 +189,46 @@ void RangeBorders::measure_change(int u, int v, double min_change) noexcept {
   if (change >= min_change) direction_[pixel] = largest_eigenvector(spread).cast<float>();
 }
 
-void RangeBorders::measure_row(int v, double min_change) noexcept {
-  const RangeImage& image = *image_;
-  constexpr int kRim = kernels::kRangeReach;
+void RangeBorders::measure_block(std::size_t first, double min_change) noexcept {
   const kernels::RangePlanes normals{normal_[0].data(), normal_[1].data(), normal_[2].data(),
-                                     image.width};
-  float* const counts = row_[9].data();
-  each_block(v, [&](std::ptrdiff_t at, int u) {
-    kernels::beam_spread(normals, code_.data(), at, counts + u, spread_at(u));
-  });
-  const auto inner = static_cast<std::size_t>(image.width - 2 * kRim);
-  kernels::eigenvalues(spread_rows(), inner, row_[10].data() + kRim, row_[11].data() + kRim,
-                       row_[12].data() + kRim);
-  for (int u = 0; u < image.width; ++u) {
-    const std::size_t pixel = image.at(u, v);
-    const auto i = static_cast<std::size_t>(u);
-    if (change_[pixel] != 0.0F || excluded(pixel)) continue;
-    if (u < kRim || u >= image.width - kRim) {
-      measure_change(u, v, min_change);
-      continue;
-    }
-    if (reach_m2_[pixel] < 0.0F || counts[i] < 3.0F) continue;
-    const auto value = [&](std::size_t plane) { return static_cast<double>(row_[plane][i]); };
-    const double change = std::sqrt(std::max(0.0, value(12)));
-    change_[pixel] = static_cast<float>(change);
-    if (change < min_change) continue;
-    const Symmetric3 spread = {value(0), value(1), value(2), value(3), value(4), value(5)};
-    direction_[pixel] = largest_eigenvector(spread).cast<float>();
+                                     image_->width};
+  using Values = std::array<float, kernels::kRangeBlock>;
+  BlockSpread spread;
+  Values count;
+  Values change;
+  std::array<Values, 3> axis;
+  kernels::beam_spread(normals, code_.data(), static_cast<std::ptrdiff_t>(first), count.data(),
+                       spread.with_mean(axis[0].data(), axis[1].data(), axis[2].data()));
+  kernels::largest_eigenvectors(spread.planes(), kernels::kRangeBlock, change.data(),
+                                {axis[0].data(), axis[1].data(), axis[2].data()});
+  for (std::size_t lane = 0; lane < kernels::kRangeBlock; ++lane) {
+    const std::size_t pixel = first + lane;
+    const bool border = obstacle(pixel) && change_[pixel] == 1.0F;
+    if (code_[pixel] != 1.0F || border || count[lane] < 3.0F) continue;
+    change_[pixel] = change[lane];
+    if (static_cast<double>(change[lane]) < min_change) continue;
+    Vec3f direction(axis[0][lane], axis[1][lane], axis[2][lane]);
+    if (direction.isZero(0.0F)) direction = largest_eigenvector(spread.of(lane)).cast<float>();
+    direction_[pixel] = direction;
   }
 }
 
 void RangeBorders::measure_changes(double min_change) noexcept {
   const RangeImage& image = *image_;
-  for (std::size_t pixel = 0; pixel < image.pixels(); ++pixel) {
-    const bool border = !excluded(pixel) && !direction_[pixel].isZero(0.0F);
-    change_[pixel] = border ? 1.0F : 0.0F;
-    code_[pixel] = 0.0F;
-    if (!image.valid(pixel)) continue;
-    if (excluded(pixel)) {
-      code_[pixel] = -1.0F;
-    } else if (reach_m2_[pixel] >= 0.0F) {
-      code_[pixel] = 1.0F;
-    }
+  std::fill_n(change_.begin(), image.pixels(), 0.0F);
+  for (const Candidate& candidate : candidates_.first(candidate_count_)) {
+    const auto pixel = static_cast<std::size_t>(candidate.pixel);
+    if (!excluded(pixel) && !direction_[pixel].isZero(0.0F)) change_[pixel] = 1.0F;
   }
   for (int v = 0; v < image.height; ++v) {
-    if (params_.curvature_radius_px == 2 && by_blocks(v, 2)) {
-      measure_row(v, min_change);
-      continue;
+    const bool blocks = params_.curvature_radius_px == 2 && by_blocks(v, 2);
+    if (blocks) {
+      each_block(v, [&](std::ptrdiff_t at, int) {
+        measure_block(static_cast<std::size_t>(at), min_change);
+      });
     }
     for (int u = 0; u < image.width; ++u) {
+      if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
       const std::size_t pixel = image.at(u, v);
       if (change_[pixel] == 0.0F && !excluded(pixel)) measure_change(u, v, min_change);
     }
