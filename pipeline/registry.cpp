@@ -18,10 +18,13 @@
 #include "pipeline/keypoints/narf.h"
 #include "pipeline/keypoints/sift3d.h"
 #include "pipeline/keypoints/uniform.h"
+#include "pipeline/preprocess/border_points.h"
 #include "pipeline/preprocess/clusters.h"
+#include "pipeline/preprocess/covariance_sampling.h"
 #include "pipeline/preprocess/crop.h"
 #include "pipeline/preprocess/flying_points.h"
 #include "pipeline/preprocess/grid_stride.h"
+#include "pipeline/preprocess/integral_normals.h"
 #include "pipeline/preprocess/normal_space.h"
 #include "pipeline/preprocess/normals.h"
 #include "pipeline/preprocess/plane_normals.h"
@@ -30,6 +33,7 @@
 #include "pipeline/preprocess/statistical_outliers.h"
 #include "pipeline/preprocess/uniform_sample.h"
 #include "pipeline/preprocess/voxel.h"
+#include "pipeline/preprocess/voxel_covariance.h"
 #include "pipeline/preprocess/z_median.h"
 #include "pipeline/refine/generalized_icp.h"
 #include "pipeline/refine/icp.h"
@@ -73,12 +77,19 @@ constexpr std::array kFilters = {
         "uniform_sample"),
     method<CloudFilter, RandomSample, RandomSampleParams, random_sample_fields>("random_sample"),
     method<CloudFilter, NormalSpaceSample, NormalSpaceParams, normal_space_fields>("normal_space"),
+    method<CloudFilter, CovarianceSampling, CovarianceSamplingParams, covariance_sampling_fields>(
+        "covariance_sampling"),
+    method<CloudFilter, VoxelCovariance, VoxelCovarianceParams, voxel_covariance_fields>(
+        "voxel_covariance"),
+    method<CloudFilter, BorderPoints, BorderPointsParams, border_points_fields>("border_points"),
     method<CloudFilter, Crop, CropParams, crop_fields>("crop"),
     method<CloudFilter, Clusters, ClusterParams, cluster_fields>("clusters"),
 };
 constexpr std::array kNormals = {
     method<NormalEstimator, PcaNormals, PcaNormalsParams, pca_normals_fields>("pca"),
     method<NormalEstimator, PlaneNormals, PlaneNormalsParams, plane_normals_fields>("grid_plane"),
+    method<NormalEstimator, IntegralNormals, IntegralNormalsParams, integral_normals_fields>(
+        "integral_image"),
 };
 constexpr std::array kDetectors = {
     method<KeypointDetector, IssDetector, IssParams, iss_fields>("iss"),

@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "base/math.h"
 #include "pipeline/keypoints/strongest.h"
 #include "pipeline/neighbours/symmetric3.h"
+#include "pipeline/neighbours/widest_gap.h"
 
 namespace grapnel {
 
@@ -59,36 +59,16 @@ void IssDetector::reserve(Arena& arena, const Limits& limits) {
   angles_ = arena.take<float>(points);
 }
 
-bool IssDetector::on_border(const Surface& surface, std::size_t point_i,
-                            const Neighbourhood& around) noexcept {
-  const Vec3d normal = surface.normal(point_i).cast<double>();
-  const Vec3d v = normal.unitOrthogonal();
-  const Vec3d u = normal.cross(v);
-  std::size_t count = 0;
-  for (const std::int32_t index : around.index) {
-    const Vec3d d =
-        (surface.point(static_cast<std::size_t>(index)) - surface.point(point_i)).cast<double>();
-    if (d.isZero(0.0)) continue;
-    angles_[count++] = static_cast<float>(math::atan2(v.dot(d), u.dot(d)));
-  }
-  if (count == 0) return false;
-  std::sort(angles_.begin(), angles_.begin() + static_cast<std::ptrdiff_t>(count));
-  double widest =
-      2.0 * math::kPi - static_cast<double>(angles_[count - 1]) + static_cast<double>(angles_[0]);
-  for (std::size_t i = 1; i < count; ++i) {
-    widest =
-        std::max(widest, static_cast<double>(angles_[i]) - static_cast<double>(angles_[i - 1]));
-  }
-  return widest > params_.border_angle_rad;
-}
-
 void IssDetector::find_borders(const Surface& surface) noexcept {
   const auto radius = static_cast<float>(params_.border_radius_m);
   const auto needed = static_cast<std::size_t>(params_.min_neighbours);
   for (std::size_t i = 0; i < surface.size; ++i) {
     const Neighbourhood around = sums_.search().within(i, radius);
     const bool measurable = around.size() >= std::max<std::size_t>(needed, 3);
-    edge_[i] = measurable && surface.has_normal(i) && on_border(surface, i, around) ? 1 : 0;
+    edge_[i] = measurable && surface.has_normal(i) &&
+                       widest_gap_rad(surface, i, around, angles_) > params_.border_angle_rad
+                   ? 1
+                   : 0;
   }
   for (std::size_t i = 0; i < surface.size; ++i) {
     const Neighbourhood around = sums_.search().within(i, radius);

@@ -42,8 +42,6 @@ class IssDetector final : public KeypointDetector {
 
  private:
   void find_borders(const Surface& surface) noexcept;
-  [[nodiscard]] bool on_border(const Surface& surface, std::size_t point_i,
-                               const Neighbourhood& around) noexcept;
   [[nodiscard]] float saliency(double count, double e1, double e2, double e3) const noexcept;
   void measure_fast(const Surface& surface) noexcept;
   void measure_plainly(const Surface& surface, double salient_radius_m) noexcept;
