@@ -18,6 +18,17 @@ struct Sums {
   Vec6d gradient = Vec6d::Zero();
   double square_sum = 0.0;
   std::uint32_t count = 0;
+
+  /// A pair `gap` apart, whose moving end lies at `arm` from the centre of the motion.
+  void add(const Vec3d& arm, const Vec3d& gap, const Mat3d& weight) noexcept {
+    Eigen::Matrix<double, 3, 6> jacobian;
+    jacobian.leftCols<3>().setIdentity();
+    jacobian.rightCols<3>() = -skew(arm);
+    matrix += jacobian.transpose() * weight * jacobian;
+    gradient += jacobian.transpose() * (weight * gap);
+    square_sum += gap.squaredNorm();
+    ++count;
+  }
 };
 
 /// 1 along the surface, `across` along its normal.
@@ -38,6 +49,9 @@ FieldTable generalized_icp_fields() noexcept {
                                        "of partners; 0 = max_distance_ratio spacings"),
       number_field<&P::max_distance_ratio>("max_distance_ratio", "spacings", 0.5, 1000.0,
                                            "of partners"),
+      number_field<&P::intensity_m>("intensity_m", "m", 0.0, 100.0,
+                                    "what the range of intensity counts as in the choice of a "
+                                    "partner; 0 = by place alone"),
       number_field<&P::normal_variance>("normal_variance", "", 1e-6, 1.0,
                                         "across the surface, where along it is 1"),
       number_field<&P::kernel_ratio>("kernel_ratio", "", 0.0, 100.0,
@@ -50,12 +64,40 @@ FieldTable generalized_icp_fields() noexcept {
   return kFields;
 }
 
+void GeneralizedIcp::reserve(Arena& arena, const Limits& limits) {
+  if (params_.intensity_m > 0.0) search_.reserve(arena, limits);
+}
+
+std::int32_t GeneralizedIcp::partner_of(const Surface& moving, std::size_t moving_i,
+                                        const Surface& fixed, const Vec3f& x,
+                                        const ClosestSurface& closest, float reach_m) noexcept {
+  if (params_.intensity_m <= 0.0) return closest.closest(x, reach_m);
+  const Neighbourhood around = search_.within(x, reach_m);
+  std::int32_t best = -1;
+  double least = 0.0;
+  for (std::size_t k = 0; k < around.size(); ++k) {
+    const auto other = static_cast<std::size_t>(around.index[k]);
+    const double gap_m = params_.intensity_m *
+                         static_cast<double>(moving.intensity[moving_i] - fixed.intensity[other]);
+    const double squared = static_cast<double>(around.squared_m2[k]) + gap_m * gap_m;
+    if (best >= 0 && !(squared < least)) continue;
+    least = squared;
+    best = around.index[k];
+  }
+  return best;
+}
+
 Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface& fixed,
                                            const ClosestSurface& closest,
                                            const Pose& fixed_from_moving) noexcept {
   const double reach_m = params_.max_distance_m > 0.0
                              ? params_.max_distance_m
                              : params_.max_distance_ratio * fixed.spacing_m;
+  if (params_.intensity_m > 0.0) {
+    if (const Status built = search_.build(fixed, reach_m); !built.ok()) {
+      return Error{built.error().code, Stage::Refine, built.error().detail};
+    }
+  }
   const double kernel_square = params_.kernel_ratio * reach_m * params_.kernel_ratio * reach_m;
   const Vec3d centre = centroid(moving);
   const std::size_t stride = point_step(moving.size, params_.max_points);
@@ -67,25 +109,20 @@ Result<RefinedPose> GeneralizedIcp::refine(const Surface& moving, const Surface&
     Sums sums;
     for (std::size_t i = 0; i < moving.size; i += stride) {
       const Vec3d x = pose * moving.point(i).cast<double>();
-      const std::int32_t found = closest.closest(x.cast<float>(), static_cast<float>(reach_m));
+      const std::int32_t found =
+          partner_of(moving, i, fixed, x.cast<float>(), closest, static_cast<float>(reach_m));
       if (found < 0) continue;
       const auto partner = static_cast<std::size_t>(found);
       const Vec3d gap = x - fixed.point(partner).cast<double>();
       const Vec3d source_normal = pose.linear() * moving.normal(i).cast<double>();
-      const Mat3d both = spread(fixed.normal(partner).cast<double>(), params_.normal_variance) +
-                         spread(source_normal, params_.normal_variance);
-      Mat3d weight = both.inverse();
+      Mat3d weight = (spread(fixed.normal(partner).cast<double>(), params_.normal_variance) +
+                      spread(source_normal, params_.normal_variance))
+                         .inverse();
       if (kernel_square > 0.0) {
         const double root = kernel_square / (kernel_square + gap.squaredNorm());
         weight *= root * root;
       }
-      Eigen::Matrix<double, 3, 6> jacobian;
-      jacobian.leftCols<3>().setIdentity();
-      jacobian.rightCols<3>() = -skew(x - middle);
-      sums.matrix += jacobian.transpose() * weight * jacobian;
-      sums.gradient += jacobian.transpose() * (weight * gap);
-      sums.square_sum += gap.squaredNorm();
-      ++sums.count;
+      sums.add(x - middle, gap, weight);
     }
     result.partners = sums.count;
     if (sums.count < kFewestPartners) {

@@ -78,6 +78,34 @@ TEST_F(PclBunny, FeaturesOfAPair) {
   EXPECT_NEAR(pair.distance_m, 0.006130, 1e-4);
 }
 
+// test_ppf_estimation.cpp: three of all pairs. Their fifth number, a turn about the first normal,
+// counts from a direction that every implementation chooses for itself.
+TEST_F(PclBunny, FeaturesOfThreePointPairs) {
+  test::OwnedSurface surface = test::surface_of(cloud_);
+  surface->spacing_m = 0.01;
+  PcaNormalsParams params;
+  params.k = 10;
+  PcaNormals normals(params);
+  const test::ArenaMemory memory([&](Arena& arena) { normals.reserve(arena, bunny_limits()); });
+  ASSERT_TRUE(normals.estimate(*surface).ok());
+  struct Expected {
+    std::size_t first, second;
+    double f1_rad, f2, f3, distance_m;
+  };
+  for (const Expected& e : {Expected{38, 41, -2.51637, -0.00365916, -0.521141, 0.0106809},
+                            Expected{76, 82, 0.185142, 0.0425001, -0.191276, 0.0138508},
+                            Expected{114, 123, -1.96263, -0.431919, 0.868716, 0.140129}}) {
+    const PairFeature pair = pair_feature(
+        surface->point(e.first).cast<double>(), surface->normal(e.first).cast<double>(),
+        surface->point(e.second).cast<double>(), surface->normal(e.second).cast<double>());
+    ASSERT_TRUE(pair.valid);
+    EXPECT_NEAR(pair.f1_rad, e.f1_rad, 1e-4) << e.first;
+    EXPECT_NEAR(pair.f2, e.f2, 1e-4) << e.first;
+    EXPECT_NEAR(pair.f3, e.f3, 1e-4) << e.first;
+    EXPECT_NEAR(pair.distance_m, e.distance_m, 1e-4) << e.first;
+  }
+}
+
 /// The same count of pairs as PCL sums it: one float increment a pair, whose rounding adds up.
 double as_pcl_adds(float percent, std::size_t pairs) {
   const auto all = static_cast<double>(pairs);

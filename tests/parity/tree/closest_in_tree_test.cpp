@@ -2,17 +2,23 @@
 // each of them to registration with the tree.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <nanoflann.hpp>
+#include <utility>
 #include <vector>
 
+#include "base/cloud_file.h"
 #include "base/rng.h"
+#include "pipeline/neighbours/neighbour_search.h"
 #include "pipeline/preprocess/normals.h"
 #include "pipeline/refine/closest_in_cells.h"
 #include "pipeline/refine/closest_point_table.h"
 #include "pipeline/refine/icp.h"
 #include "pipeline/refine/plain_icp.h"
 #include "tests/pipeline/support/surfaces.h"
+#include "tests/support/recorded_data.h"
 
 namespace grapnel {
 namespace {
@@ -138,6 +144,52 @@ TEST_F(AgainstTree, RegistrationByTheModelsTableEndsWithinItsVoxels) {
               3.5e-4)
         << i;
   }
+}
+
+/// Spheres around every `step`-th point: the same points by the surface's own search.
+void expect_the_trees_spheres(Surface& surface, float radius_m, std::size_t step) {
+  Limits limits = test::small_limits();
+  limits.max_points = limits.max_input_points = limits.max_model_points = surface.size;
+  limits.max_width = std::max(limits.max_width, surface.grid.width);
+  limits.max_height = std::max(limits.max_height, surface.grid.height);
+  NeighbourSearch search;
+  const test::ArenaMemory memory([&](Arena& arena) { search.reserve(arena, limits); });
+  ASSERT_TRUE(search.build(surface, static_cast<double>(radius_m)).ok());
+  const TreePoints points{&surface};
+  Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  tree.buildIndex();
+  std::vector<std::pair<std::uint32_t, float>> theirs;
+  for (std::size_t i = 0; i < surface.size; i += step) {
+    const Neighbourhood ours = search.within(i, radius_m);
+    const float place[3] = {surface.x[i], surface.y[i], surface.z[i]};
+    const float square_m2 = radius_m * radius_m;
+    // What lies on the sphere itself counts here, not there; hardly a point does.
+    (void)tree.radiusSearch(place, std::nextafter(square_m2, 1.0F), theirs, {});
+    std::vector<std::int32_t> found(ours.index.begin(), ours.index.end());
+    std::vector<std::int32_t> expected;
+    for (const auto& item : theirs) expected.push_back(static_cast<std::int32_t>(item.first));
+    std::sort(found.begin(), found.end());
+    std::sort(expected.begin(), expected.end());
+    ASSERT_EQ(found, expected) << i;
+  }
+}
+
+// PCL: test/search/test_search.cpp and test_organized_index.cpp hold each search to brute force on
+// a cloud and on a camera's frame.
+TEST(NeighboursOfRecordedClouds, AreTheTreesOnACloud) {
+  const auto file = test::recorded_data("pcl_test/bun0.pcd");
+  if (file.empty()) GTEST_SKIP() << test::kNoRecordedData;
+  test::OwnedSurface bunny = test::surface_of(read_cloud(file));
+  for (const float radius_m : {0.005F, 0.0171F, 0.06F})
+    expect_the_trees_spheres(*bunny, radius_m, 1);
+}
+
+TEST(NeighboursOfRecordedClouds, AreTheTreesOnACamerasFrame) {
+  const auto file = test::recorded_data("pcl_test/milk_cartoon_all_small_clorox.pcd");
+  if (file.empty()) GTEST_SKIP() << test::kNoRecordedData;
+  const Intrinsics camera = {640, 480, 525.0, 525.0, 319.5, 239.5};
+  test::OwnedSurface frame = test::grid_surface_of(read_cloud(file), camera);
+  expect_the_trees_spheres(*frame, 0.0113F, 97);
 }
 
 }  // namespace

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "base/config.h"
+#include "base/math.h"
 #include "pipeline/kernels/target.h"
 #include "pipeline/refine/closest_in_cells.h"
 #include "pipeline/refine/closest_in_view.h"
 #include "pipeline/refine/fitness.h"
+#include "pipeline/refine/generalized_icp.h"
 #include "pipeline/refine/icp.h"
 #include "pipeline/registry.h"
 #include "tests/pipeline/support/box_scene.h"
@@ -179,6 +181,55 @@ INSTANTIATE_TEST_SUITE_P(OfTheRegistry, EveryRefiner,
                          [](const auto& refiner) {
                            return std::string(pose_refiners()[refiner.param].name);
                          });
+
+/// A painted plane whose shape fixes neither a slide nor a turn about its normal.
+test::OwnedSurface painted_plane() {
+  test::OwnedSurface plane(41 * 41, 0);
+  for (int i = 0; i < 41 * 41; ++i) {
+    const std::size_t at = plane->size++;
+    const double x = 0.01 * (i % 41 - 20);
+    const double y = 0.01 * (i / 41 - 20);
+    plane->x[at] = static_cast<float>(x);
+    plane->y[at] = static_cast<float>(y);
+    plane->z[at] = 1.0F;
+    plane->nz[at] = -1.0F;
+    plane->intensity[at] = static_cast<float>(0.5 + 0.25 * math::sin(25.0 * x + 11.0 * y) +
+                                              0.25 * math::sin(31.0 * y - 7.0 * x));
+  }
+  plane->spacing_m = 0.01;
+  return plane;
+}
+
+TEST(GeneralizedIcp, FixesByIntensityWhatAPlaneLeavesFree) {
+  test::OwnedSurface fixed = painted_plane();
+  test::OwnedSurface moving = painted_plane();
+  ClosestInCells cells;
+  Pose start = Pose::Identity();
+  start.translation() = Vec3d(0.022, -0.018, 0.0);
+  for (const bool by_intensity : {false, true}) {
+    GeneralizedIcpParams params;
+    params.max_iterations = 60;
+    params.intensity_m = by_intensity ? 0.3 : 0.0;
+    GeneralizedIcp refiner(params);
+    const test::ArenaMemory memory([&](Arena& arena) {
+      refiner.reserve(arena, test::small_limits());
+      cells.reserve(arena, fixed->size);
+    });
+    ASSERT_TRUE(cells.build(*fixed, 0.01).ok());
+    test::arm_heap_guard();
+    const Result<RefinedPose> found = refiner.refine(*moving, *fixed, cells, start);
+    test::disarm_heap_guard();
+    EXPECT_EQ(test::heap_calls(), 0U);
+    ASSERT_TRUE(found.ok());
+    const double off_m = found.value().target_from_source.translation().norm();
+    // By place alone it ends on the nearest points of the lattice, two of its steps off.
+    if (by_intensity) {
+      EXPECT_LT(off_m, 0.001);
+    } else {
+      EXPECT_GT(off_m, 0.02);
+    }
+  }
+}
 
 TEST(Icp, HasTheSameBitsOnEveryTarget) {
   test::OwnedSurface fixed = test::surface_of(test::box_cloud(Vec3d(0.4, 0.3, 0.2), 0.01));
