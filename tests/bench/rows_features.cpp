@@ -9,6 +9,7 @@
 #include "pipeline/reject/ransac.h"
 #include "tests/bench/groups.h"
 #include "tests/bench/inputs.h"
+#include "tests/bench/peers/open3d.h"
 #include "tests/bench/peers/peers.h"
 #include "tests/bench/table.h"
 
@@ -21,6 +22,8 @@ constexpr std::size_t kScene = 26000;
 constexpr std::size_t kRows = 1000;
 constexpr std::size_t kPairs = 2290;
 constexpr std::size_t kDraws = 10000;
+/// Open3D's most neighbours: more than there are, as PCL takes all.
+constexpr int kAll = 1000;
 
 /// An estimator with its memory and keypoints spread over a surface.
 template <class Estimator>
@@ -74,7 +77,8 @@ void print_descriptors() {
                   20.0,
                   {},
                   [&] { every.run(); },
-                  peers::fpfh(*scene, kRadiusRatio * scene->spacing_m, kScene)});
+                  peers::fpfh(*scene, kRadiusRatio * scene->spacing_m, kScene),
+                  peers::o3d::fpfh(*scene, kRadiusRatio * scene->spacing_m, kAll)});
   rows.push_back({"PFH, 200 keypoints, 99 neighbours",
                   12.0,
                   5.0,

@@ -9,6 +9,7 @@
 #include "pipeline/keypoints/sift3d.h"
 #include "tests/bench/groups.h"
 #include "tests/bench/inputs.h"
+#include "tests/bench/peers/open3d.h"
 #include "tests/bench/peers/peers.h"
 #include "tests/bench/table.h"
 
@@ -24,7 +25,7 @@ constexpr int kSceneWidth = 186;
 class DetectorRows {
  public:
   void add(const std::string& method, const std::string& what, Surface& surface, double must_ms,
-           double goal_ms, peers::Work peer) {
+           double goal_ms, peers::Work peer, peers::Work open3d = {}) {
     Held<KeypointDetector>& held =
         held_.emplace_back(make(find_method(keypoint_detectors(), method)));
     KeypointDetector* const detector = held.stage.get();
@@ -32,7 +33,7 @@ class DetectorRows {
                      [this, detector, &surface] {
                        require(detector->detect(surface, found_).ok(), "keypoints");
                      },
-                     std::move(peer)});
+                     std::move(peer), std::move(open3d)});
   }
   void print() const { print_rows(rows_, kRuns); }
 
@@ -59,8 +60,12 @@ void print_keypoints() {
     const auto iss = [](const Surface& s) {
       return peers::iss(s, 6.0 * s.spacing_m, 4.0 * s.spacing_m);
     };
-    rows.add("iss", "ISS, object of 7.7k," + from, object, 3.0, 1.0, iss(object));
-    rows.add("iss", "ISS, scene of 26k," + from, scene, 10.0, 3.0, iss(scene));
+    const auto open3d_iss = [](const Surface& s) {
+      return peers::o3d::iss(s, 6.0 * s.spacing_m, 4.0 * s.spacing_m);
+    };
+    rows.add("iss", "ISS, object of 7.7k," + from, object, 3.0, 1.0, iss(object),
+             open3d_iss(object));
+    rows.add("iss", "ISS, scene of 26k," + from, scene, 10.0, 3.0, iss(scene), open3d_iss(scene));
     rows.add("harris3d", "Harris 3D, 26k," + from, scene, 8.0, 2.0,
              peers::harris(scene, HarrisParams{}.radius_ratio * far));
     const SiftParams sift;

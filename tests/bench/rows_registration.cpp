@@ -5,6 +5,7 @@
 #include "pipeline/refine/icp.h"
 #include "tests/bench/groups.h"
 #include "tests/bench/inputs.h"
+#include "tests/bench/peers/open3d.h"
 #include "tests/bench/peers/peers.h"
 #include "tests/bench/table.h"
 
@@ -53,6 +54,8 @@ void print_registration() {
   Icp icp(params);
   const OneLook quick(table);
   const peers::Work peer = peers::icp_to_plane(*moving, *fixed, kDistance_m, kIterations, start);
+  const peers::Work open3d =
+      peers::o3d::icp_to_plane(*moving, *fixed, kDistance_m, kIterations, start);
   const auto refine = [&](const ClosestSurface& closest) {
     require(icp.refine(*moving, *fixed, closest, start).ok(), "icp");
   };
@@ -64,13 +67,15 @@ void print_registration() {
        1.0,
        {},
        [&] { refine(table); },
-       peer});
+       peer,
+       open3d});
   rows.push_back({"the same, one voxel a point (as of coarse poses)",
                   3.0,
                   1.0,
                   {},
                   [&] { refine(quick); },
-                  peer});
+                  peer,
+                  open3d});
   rows.push_back({"the same, two unorganised clouds, nothing built before",
                   20.0,
                   8.0,
@@ -79,7 +84,8 @@ void print_registration() {
                     require(cells.build(*fixed, fixed->spacing_m).ok(), "cells");
                     refine(cells);
                   },
-                  peer});
+                  peer,
+                  open3d});
   print_rows(rows, kRuns);
 }
 

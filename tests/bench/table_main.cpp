@@ -1,8 +1,8 @@
-// Prints what every stage takes beside what it must take, and beside PCL on the same input where
-// PCL is installed: grapnel_bench [filters] [keypoints] [features] [registration] [frames] [pairs]
-// [growth]. grapnel_bench frame PRESET runs one frame and prints nothing, grapnel_bench pair NAME
-// SOURCE TARGET the same for two recorded views; see instructions.sh. GRAPNEL_TARGET names another
-// SIMD target.
+// Prints what every stage takes beside what it must take, and beside PCL and Open3D on the same
+// input where they are installed: grapnel_bench [filters] [keypoints] [features] [registration]
+// [frames] [pairs] [growth]. grapnel_bench frame PRESET runs one frame and prints nothing,
+// grapnel_bench pair NAME SOURCE TARGET the same for two recorded views; see instructions.sh.
+// GRAPNEL_TARGET names another SIMD target.
 #include <algorithm>
 #include <array>
 #include <cstdio>

@@ -19,5 +19,6 @@ Work spin_images(const Surface&, double, std::size_t) { return {}; }
 Work match_33(const float*, const float*, std::size_t, std::size_t) { return {}; }
 Work ransac(const Surface&, const Surface&, const int*, double, int) { return {}; }
 Work icp_to_plane(const Surface&, const Surface&, double, int, const Pose&) { return {}; }
+std::optional<Pose> register_pair(const Surface&, const Surface&, double, FirstPose) { return {}; }
 
 }  // namespace grapnel::bench::peers

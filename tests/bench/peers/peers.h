@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 
 #include "pipeline/surface.h"
 
@@ -43,5 +44,15 @@ enum class GridNormals { DepthChange, Gradient, Covariance };
 /// Its tree is built before.
 [[nodiscard]] Work icp_to_plane(const Surface& source, const Surface& target, double distance_m,
                                 int iterations, const Pose& start);
+
+/// How PCL's chain from two views to a pose gets its first one.
+enum class FirstPose {
+  Rejector,     ///< the nearest features both ways, CorrespondenceRejectorSampleConsensus
+  Prerejective  ///< SampleConsensusPrerejective, with its tutorial's numbers
+};
+/// Voxels of `voxel_m`, normals within 2 of them, FPFH within 5, a first pose, ICP point to plane.
+/// No answer where no PCL was found at build time.
+[[nodiscard]] std::optional<Pose> register_pair(const Surface& source, const Surface& target,
+                                                double voxel_m, FirstPose first);
 
 }  // namespace grapnel::bench::peers
