@@ -29,6 +29,14 @@ std::string cpu_name() {
   return "unknown";
 }
 
+std::string peer_names() {
+  std::string both;
+  for (const char* const name : {peers::name(), peers::o3d::name()}) {
+    if (std::string(name) != "none") both += both.empty() ? name : std::string(", ") + name;
+  }
+  return both.empty() ? "none" : both;
+}
+
 const char* verdict(const Row& row, double ms) {
   if (row.must_ms <= 0.0) return "";
   if (ms <= row.goal_ms) return "goal met";
@@ -103,8 +111,7 @@ void print_machine() {
   std::printf("%s. %s, %u cores in sight asked for by %.1f programs, g++ %s, SIMD target %s.\n",
               date.data(), cpu_name().c_str(), std::thread::hardware_concurrency(), load,
               __VERSION__, kernels::target_name());
-  std::printf("Peers: PCL: %s; Open3D: %s. One thread, CPU time, medians.\n\n", peers::name(),
-              peers::o3d::name());
+  std::printf("Peers: %s. One thread, CPU time, medians.\n\n", peer_names().c_str());
 }
 
 void print_rows(const std::vector<Row>& rows, int runs) {
