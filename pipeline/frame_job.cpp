@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "base/hash.h"
-#include "pipeline/judge/resting.h"
-#include "pipeline/judge/share_outside.h"
 #include "pipeline/judge/verdict.h"
 
 namespace grapnel {
@@ -18,8 +16,6 @@ constexpr double kViewPitch = 0.008;
 // Match tolerance at the least: 4 mm at the scale of parcels, a fiftieth of small parts.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfDiameter = 0.02;
-// Views of the part that one piece may measure: a part 10 % larger has 1.21, two that touch more.
-constexpr double kTouching = 1.3;
 
 std::uint64_t hash_of(const DepthFrame& frame, std::uint64_t seed) noexcept {
   for (int v = 0; v < frame.depth.height; ++v) {
@@ -291,84 +287,6 @@ Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report)
   report.budget_reached = s_.object.keypoints.overflowed() || s_.correspondences.overflowed() ||
                           model.keypoints.overflowed() || s_.components.overflowed();
   return {};
-}
-
-void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept {
-  const ModelIndex& model = s_.models[model_i];
-  Findings findings;
-  findings.diameter_m = model.diameter_m;
-  findings.tolerance_m = floor_m;
-  if (!s_.search.candidates().empty()) {
-    const Candidate& best = s_.search.candidates()[0];
-    const Pose pose =
-        canonical_pose(best.refined.target_from_source, s_.grasp[model_i], model.symmetry);
-    report.has_pose = true;
-    report.target_from_source = pose;
-    report.iterations = best.refined.iterations;
-    report.converged = best.refined.converged;
-    findings.evidence = best.evidence;
-    findings.margin = s_.search.margin(model);
-    if (s_.stages.params.verdict.max_left_over > 0.0) {
-      findings.left_over_m2 = s_.search.left_over_m2(model, measured());
-    }
-    const auto z_m = static_cast<float>((pose * model.centre).z());
-    const double sigma_m = static_cast<double>(view_.noise.sigma_m(z_m));
-    findings.tolerance_m = std::max(3.0 * sigma_m, floor_m);
-    const Intrinsics& grid = s_.object.surface.grid.intrinsics;
-    const double pixels_per_point = view_.intrinsics.fx * view_.intrinsics.fy / (grid.fx * grid.fy);
-    const GeneralParams& general = s_.stages.params.general;
-    ReadingErrors errors;
-    errors.sigma_m = sigma_m;
-    errors.readings_per_error = std::max(1.0, general.pose_error_px / pixels_per_point);
-    errors.common_lateral_m =
-        general.common_error_px * static_cast<double>(z_m) / (view_.intrinsics.fx * view_.stride);
-    errors.common_depth_m = general.common_error_sigmas * sigma_m;
-    Mat6d information = best.refined.information;
-    if (const int axis = free_axis(model.symmetry); axis >= 0) {
-      take_turn_as_known(pose.translation(), pose.linear().col(axis), information);
-    }
-    report.covariance = pose_covariance(information, errors);
-    Pose frame = pose * s_.grasp[model_i];
-    if (s_.preset.models[model_i].grasps.front().required.empty()) {
-      frame.translation() = pose * model.centre;
-    }
-    const Uncertainty uncertainty = uncertainty_at(report.covariance, frame, s_.required[model_i]);
-    findings.sigma_m = uncertainty.sigma_m;
-    findings.sigma_rad = uncertainty.sigma_rad;
-    findings.outside = share_outside(model.fine, pose, s_.work.intrinsics);
-    if (s_.background.plane_count > 0) {
-      findings.has_belt = true;
-      findings.resting =
-          rest_on(s_.background.planes[0], model.fine, pose, model.centre, model.diameter_m);
-    }
-  }
-  pass_verdict(findings, s_.stages.params.verdict, report);
-  name_touching(model_i, report);
-}
-
-void FrameJob::look_for_grasp(RegistrationReport& report) const noexcept {
-  const ModelIndex& model = s_.models[report.model];
-  GraspScene scene;
-  scene.work = &s_.work;
-  scene.label = group_->label;
-  scene.surface = &s_.object.surface;
-  if (s_.background.plane_count > 0) scene.belt = &s_.background.planes[0];
-  scene.whole = !group_->whole.touches_edge;
-  scene.area_m2 = group_->whole.area_m2;
-  scene.model_area_m2 = std::max(1e-9, static_cast<double>(model.templates.most_area_m2()));
-  scene.model_thickness_m = least_extent_m(model.fine);
-  grasp_surface(scene, s_.stages.params.surface_grasp, report);
-}
-
-/// A part that fits while the measured piece goes on beside it, or a piece too large for any view
-/// of the part: parts touch. A rejection says so first.
-void FrameJob::name_touching(std::size_t model_i, RegistrationReport& report) const noexcept {
-  const auto most_m2 = static_cast<double>(s_.models[model_i].templates.most_area_m2());
-  if (report.accepted || !(most_m2 > 0.0)) return;
-  const auto explained = static_cast<double>(report.measured[Check::Explained]);
-  const bool fits = report.fitness >= s_.stages.params.verdict.min_fitness && explained > 0.0;
-  const double size = fits ? 1.0 / explained : group_->whole.area_m2 / std::max(most_m2, 1e-9);
-  if (size > kTouching) reject_for({Check::Size, size, kTouching}, report);
 }
 
 std::size_t FrameJob::wanted_objects() const noexcept {

@@ -5,6 +5,7 @@
 #include "base/depth_frame.h"
 #include "base/error.h"
 #include "base/rng.h"
+#include "pipeline/judge/verdict.h"
 #include "pipeline/object_reports.h"
 #include "pipeline/registrar_state.h"
 
@@ -28,6 +29,8 @@ class FrameJob {
   Status register_models(bool& accepted) noexcept;
   Status register_model(std::size_t model_i, RegistrationReport& report) noexcept;
   void judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
+  void predict_deviation(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
+  void look_at_ground(const ModelIndex& model, double floor_m, Findings& findings) noexcept;
   void look_for_grasp(RegistrationReport& report) const noexcept;
   void name_touching(std::size_t model_i, RegistrationReport& report) const noexcept;
   [[nodiscard]] std::size_t wanted_objects() const noexcept;

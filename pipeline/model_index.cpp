@@ -20,6 +20,14 @@ constexpr double kNormalReach = 3.0;
 // Length of the mean normal above which a neighbourhood is flat: within about 15 degrees.
 constexpr float kFlat = 0.97F;
 
+// Points drawn at random lie half their even distance from the nearest other one on the average
+// (Clark and Evans 1954), points laid out evenly nearly all of it.
+constexpr double kScattered = 0.65;
+// Taken together over so many even distances, points drawn at random leave hardly a cell empty.
+constexpr double kGapless = 1.8;
+// Cells in which points are counted, in distances to the nearest one.
+constexpr double kCounted = 4.0;
+
 struct CellEntry {
   std::uint64_t key = 0;
   std::uint32_t index = 0;
@@ -93,6 +101,20 @@ void bounds(const Model& model, Vec3d& low, Vec3d& high) {
   }
 }
 
+/// Spacing at which the model's points cover its surface. The distance to the nearest one says it
+/// where they are laid out evenly; where they were drawn at random it would leave holes, and holes
+/// have outlines that no measurement shows.
+double covering_spacing_m(const Model& model) {
+  Vec3d low, high;
+  bounds(model, low, high);
+  const double edge_m = kCounted * model.spacing_m;
+  if (!(edge_m > 1e-5 * (high - low).norm())) return model.spacing_m;
+  const std::size_t cells = count_cells(sort_by_cell(model, low, edge_m));
+  const double even_m =
+      edge_m * std::sqrt(static_cast<double>(cells) / static_cast<double>(model.size()));
+  return model.spacing_m < kScattered * even_m ? kGapless * even_m : model.spacing_m;
+}
+
 /// The mean normal of the coarse points around shortens where they differ.
 void find_flat(const Surface& fine, const Surface& coarse, std::span<std::uint8_t> flat) {
   const auto radius_m = static_cast<float>(kNormalReach * coarse.spacing_m);
@@ -159,8 +181,9 @@ void ModelIndex::reserve(Arena& arena, const Model& model, const ModelIndexParam
 
 void ModelIndex::build(const Model& model, const ModelIndexParams& params, double spacing_m) {
   // Cells finer than the file's own spacing would report a density that is not there.
-  thin_model(model, model.spacing_m, fine);
-  thin_model(model, std::max(model.spacing_m, spacing_m), coarse);
+  const double least_m = covering_spacing_m(model);
+  thin_model(model, least_m, fine);
+  thin_model(model, std::max(least_m, spacing_m), coarse);
   Vec3d low, high;
   bounds(model, low, high);
   centre = 0.5 * (low + high);

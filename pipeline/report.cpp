@@ -87,6 +87,9 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
     {"least_share", Code::BelowFitness,
      "matched share of the surface that confirms the least certain motion", Bound::AtLeast, 1.0, 2,
      ""},
+    {"ground_m", Code::ImplausibleOnBelt,
+     "distance of the part's underside from the ground that is seen beside it", Bound::AtMost, 1e3,
+     1, " mm"},
 }};
 
 const Wording& wording_of(Check check) noexcept {

@@ -44,6 +44,7 @@ enum class Check : std::uint8_t {
   LeftOver,
   Sunk,
   LeastShare,
+  Ground,
   kCount
 };
 

@@ -25,6 +25,7 @@ constexpr double kAlternative = 0.4;
 constexpr double kRival = 0.6;
 // …and may take its place when they are as good as equal.
 constexpr double kEqual = 0.9;
+constexpr std::size_t kMaxContour = 4096;
 // What is cut off from an object by a step in depth and still is of it lies this near, in
 // diameters.
 constexpr double kAttached = 0.05;
@@ -87,7 +88,8 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
   const auto pixels =
       static_cast<std::size_t>(limits.max_width) * static_cast<std::size_t>(limits.max_height);
   verification_.reserve(arena, pixels, max_model_points);
-  render_.reserve(arena, pixels, 4096);
+  render_.reserve(arena, pixels, kMaxContour);
+  ground_.reserve(arena, kMaxContour);
   rivals_.reserve(arena, pixels);
   const std::size_t glanced = pixels / (kGlanceStride * kGlanceStride);
   glance_depth_.reserve(arena, glanced);
@@ -317,10 +319,26 @@ double ObjectSearch::margin(const ModelIndex& model) const noexcept {
   return least;
 }
 
-double ObjectSearch::left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept {
-  if (candidates_.empty()) return 0.0;
+void ObjectSearch::show_best(const ModelIndex& model, const MeasuredObject& object) noexcept {
   const Pose& pose = candidates_[0].refined.target_from_source;
   render_.render(model.fine, pose, *object.view);
+  render_.find_contour(model.fine, pose, *object.view);
+}
+
+GroundBeside ObjectSearch::ground_beside(const ModelIndex& model, const MeasuredObject& object,
+                                         const Resting& resting, double tolerance_m) noexcept {
+  return ground_.look(model.fine, candidates_[0].refined.target_from_source, render_, *object.view,
+                      *object.edges, resting.lowest_m, resting.highest_m, tolerance_m);
+}
+
+Mat6d ObjectSearch::information(const ModelIndex& model, const MeasuredObject& object,
+                                const ReadingSpread& spread) const noexcept {
+  return pose_information(model.fine, candidates_[0].refined.target_from_source, render_,
+                          *object.view, *object.edges, spread);
+}
+
+double ObjectSearch::left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept {
+  const Pose& pose = candidates_[0].refined.target_from_source;
   const LeftOver left_over(model.table, disc_radius_m(model.fine), pose, render_, *object.view,
                            static_cast<float>(kAttached * model.diameter_m));
   return verification_.left_over_m2(left_over, render_, *object.view);

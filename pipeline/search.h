@@ -8,7 +8,10 @@
 #include "pipeline/coarse/pose_score.h"
 #include "pipeline/features.h"
 #include "pipeline/judge/depth_view.h"
+#include "pipeline/judge/ground_beside.h"
 #include "pipeline/judge/model_render.h"
+#include "pipeline/judge/pose_information.h"
+#include "pipeline/judge/resting.h"
 #include "pipeline/judge/rival_test.h"
 #include "pipeline/judge/verification.h"
 #include "pipeline/limits.h"
@@ -80,8 +83,17 @@ class ObjectSearch {
   /// From the best candidate to the nearest distinct one, 0…1: 1 - S2/S1, or how surely the
   /// surface where the two differ tells them apart, whichever is more; 1 when there is no other.
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
+  /// Renders the best candidate, outline included, for what looks at it alone. Precondition of all
+  /// below: there is one, and this was called.
+  void show_best(const ModelIndex& model, const MeasuredObject& object) noexcept;
   /// Largest piece that the best candidate leaves over, squared metres; see LeftOver.
   [[nodiscard]] double left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept;
+  /// What lies beside the best candidate; see GroundSearch.
+  [[nodiscard]] GroundBeside ground_beside(const ModelIndex& model, const MeasuredObject& object,
+                                           const Resting& resting, double tolerance_m) noexcept;
+  /// What the measurement says about the best candidate's pose; see pose_information().
+  [[nodiscard]] Mat6d information(const ModelIndex& model, const MeasuredObject& object,
+                                  const ReadingSpread& spread) const noexcept;
 
  private:
   /// The object as a coarser view shows it, if it is large enough for that.
@@ -113,6 +125,7 @@ class ObjectSearch {
   Verification verification_;
   ModelRender render_;
   RivalTest rivals_;
+  GroundSearch ground_;
   ThinnedDepth glance_depth_;
   EdgeMap glance_edges_;
   DepthView glance_view_;

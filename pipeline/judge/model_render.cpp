@@ -33,6 +33,7 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
                          const DepthView& view) noexcept {
   box_ = view.box;
   intrinsics_ = view.intrinsics;
+  contour_.clear();
   const auto pixels =
       static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height());
   GRAPNEL_ASSERT(pixels + kernels::kDiscPad <= z_.size());
@@ -113,6 +114,19 @@ void ModelRender::find_contour(const Surface& model, const Pose& camera_from_mod
       }
     }
   }
+}
+
+bool ModelRender::at_step(int u, int v, int reach, float limit_m) const noexcept {
+  const float predicted = z_m(u, v);
+  for (const auto& [du, dv] : {std::array{reach, 0}, std::array{0, reach}}) {
+    if (!box_.contains(u + du, v + dv) || !box_.contains(u - du, v - dv)) return true;
+    const float after = z_m(u + du, v + dv);
+    const float before = z_m(u - du, v - dv);
+    // A slope has no second difference, a step has.
+    if (!(after > 0.0F && before > 0.0F)) return true;
+    if (std::fabs(after + before - 2.0F * predicted) > limit_m) return true;
+  }
+  return false;
 }
 
 void ModelRender::look_around(int u, int v, float behind_m, float& out_u,

@@ -32,8 +32,8 @@ class ModelRender {
  public:
   void reserve(Arena& arena, std::size_t max_pixels, std::size_t max_contour);
 
-  /// Renders into the view's box. Only points whose normal faces the camera leave a mark.
-  /// O(points × disc).
+  /// Renders into the view's box; contour() is then empty. Only points whose normal faces the
+  /// camera leave a mark. O(points × disc).
   void render(const Surface& model, const Pose& camera_from_model, const DepthView& view) noexcept;
 
   /// Fills contour(): pixels beside which the model ends or falls away behind.
@@ -44,6 +44,9 @@ class ModelRender {
   [[nodiscard]] float z_m(int u, int v) const noexcept { return z_[index(u, v)]; }
   /// The model's point at a pixel; only where z_m() > 0.
   [[nodiscard]] std::int32_t point(int u, int v) const noexcept { return point_[index(u, v)]; }
+  /// The prediction ends or has a step of more than `limit_m` within `reach` pixels. Precondition:
+  /// there is one at the pixel.
+  [[nodiscard]] bool at_step(int u, int v, int reach, float limit_m) const noexcept;
   [[nodiscard]] std::span<const ContourPoint> contour() const noexcept { return contour_.span(); }
   /// Pixels that hold a mark; empty (no width) when the model is out of view.
   [[nodiscard]] const PixelBox& marked() const noexcept { return marked_; }

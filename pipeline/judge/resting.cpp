@@ -27,8 +27,11 @@ Resting rest_on(const DepthPlane& plane, const Surface& model, const Pose& camer
   const Vec3d across = up.cross(along);
   Resting resting;
   resting.lowest_m = 1e9;
+  resting.highest_m = -1e9;
   for (std::size_t i = 0; i < model.size; ++i) {
-    resting.lowest_m = std::min(resting.lowest_m, up.dot(model.point(i).cast<double>()) + offset_m);
+    const double height_m = up.dot(model.point(i).cast<double>()) + offset_m;
+    resting.lowest_m = std::min(resting.lowest_m, height_m);
+    resting.highest_m = std::max(resting.highest_m, height_m);
   }
   const double band_m = resting.lowest_m + kBandOfDiameter * diameter_m;
   std::array<double, 16> reach_m;

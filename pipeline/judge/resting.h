@@ -9,6 +9,7 @@ namespace grapnel {
 /// How a part at a pose would rest on a plane.
 struct Resting {
   double lowest_m = 0.0;   ///< signed height of its lowest point above the plane
+  double highest_m = 0.0;  ///< and of its highest
   double support_m = 0.0;  ///< how far its centre stands inside what it rests on; negative = tips
 };
 

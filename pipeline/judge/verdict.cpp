@@ -15,6 +15,13 @@ constexpr double kTestable = 0.2;
 // it by more than its pose and the plane are uncertain, in diameters.
 constexpr double kBeltAround = 0.5;
 constexpr double kMostSunk = 0.03;
+// Where this much of the outline shows what the part stands on or hangs from, it may end above the
+// ground.
+constexpr double kBorne = 0.1;
+// Ground that lies higher than the part's middle is not what it stands on but what is beside it.
+constexpr double kMiddle = 0.5;
+// A model without an underside may have been cut off this far above it, in diameters.
+constexpr double kCutOff = 0.1;
 
 }  // namespace
 
@@ -72,6 +79,26 @@ double least_accepted_worth(const VerdictParams& params) noexcept {
          0.5 * std::min(1.0, params.max_unexplained) - 0.5 * outline - 1e-9;
 }
 
+namespace {
+
+/// Only what is seen beside a part says how high above it the part's unseen underside may be.
+void check_ground(const Findings& findings, Checks& checks) noexcept {
+  const GroundBeside& ground = findings.ground;
+  if (ground.share < kBeltAround) return;
+  const double gap_m = findings.resting.lowest_m - ground.level_m;
+  const double height_m = findings.resting.highest_m - findings.resting.lowest_m;
+  double limit_m = findings.ground_tolerance_m;
+  if (gap_m > 0.0 && !findings.closed) limit_m += kCutOff * findings.diameter_m;
+  const bool borne = gap_m > limit_m && ground.borne >= kBorne;
+  if (borne || gap_m < -kMiddle * height_m) {
+    checks.record(Check::Ground, std::fabs(gap_m));
+  } else {
+    checks.at_most(Check::Ground, std::fabs(gap_m), limit_m);
+  }
+}
+
+}  // namespace
+
 void pass_verdict(const Findings& findings, const VerdictParams& params,
                   RegistrationReport& report) noexcept {
   const Evidence& evidence = findings.evidence;
@@ -127,9 +154,12 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
     checks.at_most(Check::BeltDistance, std::fabs(findings.resting.lowest_m),
                    params.max_belt_distance_m);
     checks.at_least(Check::Support, findings.resting.support_m, 0.0, 0.05 * findings.diameter_m);
-  } else if (findings.has_belt && evidence.beside_belt >= kBeltAround) {
-    checks.at_most(Check::Sunk, std::max(0.0, -findings.resting.lowest_m),
-                   kMostSunk * findings.diameter_m);
+  } else if (findings.has_belt) {
+    if (evidence.beside_belt >= kBeltAround) {
+      checks.at_most(Check::Sunk, std::max(0.0, -findings.resting.lowest_m),
+                     kMostSunk * findings.diameter_m);
+    }
+    check_ground(findings, checks);
   }
   checks.conclude();
 }

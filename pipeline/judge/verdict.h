@@ -2,6 +2,7 @@
 
 #include "base/field.h"
 #include "base/geometry.h"
+#include "pipeline/judge/ground_beside.h"
 #include "pipeline/judge/resting.h"
 #include "pipeline/judge/verification.h"
 #include "pipeline/report.h"
@@ -47,6 +48,9 @@ struct Findings {
   double left_over_m2 = 0.0;  ///< largest piece that the pose leaves over
   bool has_belt = false;
   Resting resting;  ///< on the belt
+  GroundBeside ground;
+  double ground_tolerance_m = 0.0;  ///< of the underside's distance from that ground
+  bool closed = false;              ///< the model shows the part's underside
 };
 
 /// Fills verdict, code, reasons, quality and the report's figures. Accepted only when every check

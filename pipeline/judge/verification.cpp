@@ -80,20 +80,6 @@ void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max
   confirmed_ = arena.take<std::uint8_t>(max_model_points);
 }
 
-bool Verification::at_rim(const ModelRender& render, const DepthView& view, int u, int v, int rim,
-                          float limit_m) const noexcept {
-  const float predicted = render.z_m(u, v);
-  for (const auto& [du, dv] : {std::array{rim, 0}, std::array{0, rim}}) {
-    if (!view.box.contains(u + du, v + dv) || !view.box.contains(u - du, v - dv)) return true;
-    const float after = render.z_m(u + du, v + dv);
-    const float before = render.z_m(u - du, v - dv);
-    // A slope has no second difference, a step has.
-    if (!(after > 0.0F && before > 0.0F)) return true;
-    if (std::fabs(after + before - 2.0F * predicted) > limit_m) return true;
-  }
-  return false;
-}
-
 bool Verification::explained_at_rim(const ModelRender& render, const DepthView& view, int u, int v,
                                     int rim, float limit_m) const noexcept {
   const float measured = view.z_m(u, v);
@@ -159,7 +145,7 @@ Verification::Kind Verification::classify(const Surface& model, const ModelRende
   const auto disc_px =
       static_cast<int>(disc_radius_m(model) * static_cast<float>(view.intrinsics.fx) / predicted);
   const int rim = std::max(in_view(view, kRim_px), disc_px + 1);
-  if (at_rim(render, view, u, v, rim, limit)) {
+  if (render.at_step(u, v, rim, limit)) {
     return explained_at_rim(render, view, u, v, rim, limit) ? Kind::Rim : Kind::Stray;
   }
   const float measured = view.z_m(u, v);

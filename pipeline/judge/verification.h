@@ -77,8 +77,6 @@ class Verification {
   struct Sums;
   Kind classify(const Surface& model, const ModelRender& render, const DepthView& view, int u,
                 int v, double floor_m, Sums& sums) noexcept;
-  [[nodiscard]] bool at_rim(const ModelRender& render, const DepthView& view, int u, int v, int rim,
-                            float limit_m) const noexcept;
   /// Whether a reading on the rim is that of some prediction within the rim's reach.
   [[nodiscard]] bool explained_at_rim(const ModelRender& render, const DepthView& view, int u,
                                       int v, int rim, float limit_m) const noexcept;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/input_error.h"
+#include "base/rng.h"
 #include "pipeline/kernels/target.h"
 #include "tests/pipeline/support/box_scene.h"
 #include "tests/support/heap_guard.h"
@@ -127,6 +128,80 @@ TEST(Registrar, ABoxOfAnotherSizeIsRejected) {
     EXPECT_EQ(report.code, report.reasons[0].code());
     EXPECT_EQ(result.value().code, report.code);
   }
+}
+
+Preset general_preset(const Model& model) {
+  const std::filesystem::path config = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "config";
+  Preset preset = load_preset(config / "presets" / "01-object.toml", config / "models", {});
+  preset.models = {model};
+  return preset;
+}
+
+// Seen from above a height shows only in what lies beside the part.
+TEST(Registrar, TheGeneralPresetKnowsABoxOfAnotherHeightByTheBeltBesideIt) {
+  const auto registrar = Registrar::create(general_preset(test::box_model(kSize_m, 0.005)));
+  for (const double height_m : {0.2, 0.187, 0.215, 0.35}) {
+    const Vec3d size_m(kSize_m.x(), kSize_m.y(), height_m);
+    const test::BoxScene scene =
+        scene_with({test::lying(size_m, kBelt_m, 0.03, -0.02, 0.5)}, size_m);
+    const Result<RegistrationReports> result = registrar->run(scene.frame(), {});
+    ASSERT_TRUE(result.ok());
+    ASSERT_FALSE(result.value().objects.empty());
+    const RegistrationReport& report = result.value().objects[0];
+    EXPECT_EQ(report.accepted, height_m == kSize_m.z()) << height_m << " " << reasons_of(report);
+  }
+}
+
+TEST(Registrar, TheGeneralPresetAcceptsABoxOnAPlateOfWhichItSeesTheRim) {
+  const auto registrar = Registrar::create(general_preset(test::box_model(kSize_m, 0.005)));
+  const Vec3d plate_m(0.6, 0.5, 0.03);
+  for (const double height_m : {kSize_m.z(), kSize_m.z() - plate_m.z()}) {
+    const Vec3d size_m(kSize_m.x(), kSize_m.y(), height_m);
+    test::BoxScene scene(640, 480, 540.0, kBelt_m);
+    scene.add(test::lying(plate_m, kBelt_m, 0.0, 0.0, 0.5), plate_m);
+    scene.add(test::lying(size_m, kBelt_m - plate_m.z(), 0.0, 0.0, 0.5), size_m);
+    scene.add_noise(17);
+    const Result<RegistrationReports> result = registrar->run(scene.frame(), {});
+    ASSERT_TRUE(result.ok());
+    ASSERT_FALSE(result.value().objects.empty());
+    const RegistrationReport& report = result.value().objects[0];
+    EXPECT_EQ(report.accepted, height_m == kSize_m.z()) << height_m << " " << reasons_of(report);
+  }
+}
+
+// Half of the cells as wide as the mean distance to the nearest point hold none.
+TEST(Registrar, FindsABoxWhoseModelWasSampledAtRandom) {
+  Rng rng(3);
+  CloudData cloud;
+  for (int i = 0; i < 16000; ++i) {
+    // Areas of the three pairs of faces are 12, 8 and 6.
+    const std::uint32_t lot = rng.below(26);
+    const int axis = lot < 12 ? 2 : (lot < 20 ? 1 : 0);
+    Vec3d normal = Vec3d::Zero();
+    normal[axis] = rng.below(2) == 0 ? 1.0 : -1.0;
+    Vec3d p = 0.5 * kSize_m.cwiseProduct(normal);
+    for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+      p[other] = kSize_m[other] * rng.uniform(-0.5, 0.5);
+    }
+    cloud.x.push_back(static_cast<float>(p.x()));
+    cloud.y.push_back(static_cast<float>(p.y()));
+    cloud.z.push_back(static_cast<float>(p.z()));
+    cloud.nx.push_back(static_cast<float>(normal.x()));
+    cloud.ny.push_back(static_cast<float>(normal.y()));
+    cloud.nz.push_back(static_cast<float>(normal.z()));
+  }
+  cloud.width = static_cast<int>(cloud.size());
+  Model model = model_from_cloud(cloud, "random");
+  model.symmetry = Symmetry::Box;
+  const auto registrar = Registrar::create(general_preset(model));
+  const Pose truth = place(0.05, 0.03, 0.5);
+  const Result<RegistrationReports> result = registrar->run(scene_with({truth}).frame(), {});
+  ASSERT_TRUE(result.ok());
+  ASSERT_FALSE(result.value().objects.empty());
+  const RegistrationReport& report = result.value().objects[0];
+  EXPECT_TRUE(report.accepted) << reasons_of(report);
+  const Pose found = nearest_equivalent(report.target_from_source, truth, Symmetry::Box);
+  EXPECT_LT((found.translation() - truth.translation()).norm(), 0.003);
 }
 
 TEST(Registrar, LooksForFeaturesOnlyWhereAGeneratorUsesThem) {

@@ -438,13 +438,13 @@ TEST(Verdict, WithoutAKnownBeltNoPartIsBelievedToLieOnIt) {
 TEST(Verdict, APartOnTheBeltMustTouchItAndStand) {
   Findings findings = good_findings();
   findings.has_belt = true;
-  findings.resting = {0.002, 0.08};
+  findings.resting = {0.002, 0.2, 0.08};
   VerdictParams params;
   params.max_belt_distance_m = 0.015;
   RegistrationReport report;
   pass_verdict(findings, params, report);
   EXPECT_TRUE(report.accepted);
-  findings.resting = {0.02, -0.05};
+  findings.resting = {0.02, 0.22, -0.05};
   pass_verdict(findings, params, report);
   ASSERT_EQ(report.reasons.size(), 2U);
   EXPECT_EQ(report.reasons[0].check, Check::BeltDistance);
@@ -455,7 +455,7 @@ TEST(Verdict, APartOnTheBeltMustTouchItAndStand) {
 TEST(Verdict, WithTheBeltAroundItNoPartReachesIntoTheBelt) {
   Findings findings = good_findings();
   findings.has_belt = true;
-  findings.resting = {-0.15, 0.08};
+  findings.resting = {-0.15, 0.05, 0.08};
   findings.evidence.beside_belt = 0.9;
   RegistrationReport report;
   pass_verdict(findings, {}, report);
@@ -466,6 +466,43 @@ TEST(Verdict, WithTheBeltAroundItNoPartReachesIntoTheBelt) {
   findings.evidence.beside_belt = 0.3;
   pass_verdict(findings, {}, report);
   EXPECT_TRUE(report.accepted);
+}
+
+TEST(Verdict, APartMustEndOnTheGroundThatIsSeenBesideIt) {
+  Findings on_belt = good_findings();
+  on_belt.has_belt = true;
+  on_belt.closed = true;
+  on_belt.resting = {0.002, 0.2, 0.08};
+  on_belt.ground = {0.0, 0.9, 0.0};
+  on_belt.ground_tolerance_m = 0.005;
+  RegistrationReport report;
+  pass_verdict(on_belt, {}, report);
+  EXPECT_TRUE(report.accepted);
+  const auto rejected_for_ground = [&](const Findings& findings) {
+    pass_verdict(findings, {}, report);
+    return report.reasons.size() == 1 && report.reasons[0].check == Check::Ground &&
+           report.code == Code::ImplausibleOnBelt;
+  };
+  Findings top_of_higher = on_belt;
+  top_of_higher.resting = {0.02, 0.22, 0.08};
+  EXPECT_TRUE(rejected_for_ground(top_of_higher));
+  Findings lower_on_plate = on_belt;
+  lower_on_plate.ground.level_m = 0.013;
+  EXPECT_TRUE(rejected_for_ground(lower_on_plate));
+  // What it stands on or hangs from is seen, the ground is not, or the model has no underside.
+  Findings borne = top_of_higher;
+  borne.ground.borne = 0.2;
+  EXPECT_FALSE(rejected_for_ground(borne));
+  Findings in_heap = top_of_higher;
+  in_heap.ground.share = 0.3;
+  EXPECT_FALSE(rejected_for_ground(in_heap));
+  Findings scan = top_of_higher;
+  scan.closed = false;
+  EXPECT_FALSE(rejected_for_ground(scan));
+  // Between others as high as itself it does not lie in them.
+  Findings between = on_belt;
+  between.ground.level_m = 0.19;
+  EXPECT_FALSE(rejected_for_ground(between));
 }
 
 TEST(Verdict, APieceLeftOverIsLimitedWhereThePresetAsks) {

@@ -1,0 +1,112 @@
+#include "pipeline/judge/pose_information.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+constexpr double kSigmas = 3.0;
+// In sensor pixels: as in the verification, nothing is said this near to the part's own steps, and
+// an outline is met by an edge this near.
+constexpr int kRim_px = 2;
+constexpr int kEdgeReach_px = 3;
+// Every second pixel both ways stands for its neighbours: they share its error anyway.
+constexpr int kStep_px = 2;
+
+int in_view(const DepthView& view, int sensor_px) noexcept {
+  return (sensor_px + view.stride - 1) / view.stride;
+}
+
+/// Sums w J Jᵀ, the upper triangle row by row.
+class Sums {
+ public:
+  /// A reading that changes by `gradient`·motion when the surface moves at `x`.
+  void add(const Vec3d& gradient, const Vec3d& x, double weight) noexcept {
+    const Vec3d arm = x.cross(gradient);
+    const double j[6] = {gradient.x(), gradient.y(), gradient.z(), arm.x(), arm.y(), arm.z()};
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      const double scaled = weight * j[a];
+      for (int b = a; b < 6; ++b) upper_[k++] += scaled * j[b];
+    }
+  }
+  [[nodiscard]] Mat6d matrix() const noexcept {
+    Mat6d information;
+    int k = 0;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) information(a, b) = information(b, a) = upper_[k++];
+    }
+    return information;
+  }
+
+ private:
+  double upper_[21] = {};
+};
+
+void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const ModelRender& render,
+                 const DepthView& view, const ReadingSpread& spread, Sums& sums) noexcept {
+  const PixelBox& box = render.marked();
+  const double stride_px = view.stride;
+  // Pixels of the view that one error counts for, each looked at standing for kStep_px².
+  const double shared = std::max(1.0, spread.shared_px / (stride_px * stride_px));
+  const double each = kStep_px * kStep_px / shared;
+  for (int v = box.v0; v < box.v1; v += kStep_px) {
+    for (int u = box.u0; u < box.u1; u += kStep_px) {
+      const float predicted = render.z_m(u, v);
+      if (!(predicted > 0.0F) || !view.of_object(u, v)) continue;
+      const double sigma_m = static_cast<double>(view.noise.sigma_m(predicted));
+      const auto limit = static_cast<float>(std::max(kSigmas * sigma_m, spread.floor_m));
+      if (render.at_step(u, v, in_view(view, kRim_px), limit)) continue;
+      const Vec3d ray((u - view.intrinsics.cx) / view.intrinsics.fx,
+                      (v - view.intrinsics.cy) / view.intrinsics.fy, 1.0);
+      const Vec3d normal =
+          (rotation * model.normal(static_cast<std::size_t>(render.point(u, v)))).cast<double>();
+      const double along = normal.dot(ray);
+      const double off_m = static_cast<double>(view.z_m(u, v) - predicted) * along;
+      if (std::fabs(off_m) > static_cast<double>(limit)) continue;
+      // Of the distance from the surface: what the reading errs along the ray and across it.
+      const double across_m =
+          spread.across_px * static_cast<double>(predicted) / (view.intrinsics.fx * stride_px);
+      const double square = along * along / ray.squaredNorm();
+      const double variance_m2 =
+          sigma_m * sigma_m * along * along + across_m * across_m * std::max(0.0, 1.0 - square);
+      sums.add(normal, static_cast<double>(predicted) * ray, each / variance_m2);
+    }
+  }
+}
+
+void add_outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
+                 const Surface& model, const Pose& pose, const ReadingSpread& spread,
+                 Sums& sums) noexcept {
+  const int reach = in_view(view, kEdgeReach_px);
+  // In pixels of the view, which says no better than to one of them where an edge is.
+  const double stride_px = view.stride;
+  const double variance_px2 =
+      spread.outline_px * spread.outline_px / (stride_px * stride_px) + 1.0 / 12.0;
+  const double shared = std::max(1.0, std::sqrt(spread.shared_px) / stride_px);
+  for (const ContourPoint& point : render.contour()) {
+    const int u = static_cast<int>(std::floor(point.u + 0.5F));
+    const int v = static_cast<int>(std::floor(point.v + 0.5F));
+    const EdgeMap::Nearest edge = edges.nearest(u, v);
+    if (!edge.found || edge.square > reach * reach) continue;
+    const Vec3d x = pose * model.point(static_cast<std::size_t>(point.point)).cast<double>();
+    const double out_u = static_cast<double>(point.out_u) * view.intrinsics.fx / x.z();
+    const double out_v = static_cast<double>(point.out_v) * view.intrinsics.fy / x.z();
+    const Vec3d gradient(out_u, out_v, -(out_u * x.x() + out_v * x.y()) / x.z());
+    sums.add(gradient, x, 1.0 / (variance_px2 * shared));
+  }
+}
+
+}  // namespace
+
+Mat6d pose_information(const Surface& model, const Pose& camera_from_model,
+                       const ModelRender& render, const DepthView& view, const EdgeMap& edges,
+                       const ReadingSpread& spread) noexcept {
+  Sums sums;
+  add_surface(model, camera_from_model.linear().cast<float>(), render, view, spread, sums);
+  add_outline(render, view, edges, model, camera_from_model, spread, sums);
+  return sums.matrix();
+}
+
+}  // namespace grapnel

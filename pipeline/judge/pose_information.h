@@ -1,0 +1,29 @@
+#pragma once
+
+#include "base/geometry.h"
+#include "pipeline/judge/depth_view.h"
+#include "pipeline/judge/model_render.h"
+#include "pipeline/surface.h"
+
+namespace grapnel {
+
+/// How far readings may be trusted, beside the view's own noise along the view.
+struct ReadingSpread {
+  double shared_px = 20.0;  ///< sensor pixels that share one error: structured light looks at
+                            ///< windows, and a median filter does
+  double across_px = 0.7;   ///< 1-sigma of a reading across the view, sensor pixels
+  double outline_px = 1.0;  ///< 1-sigma of an outline that meets a depth edge, sensor pixels
+  double floor_m = 0.0;     ///< match tolerance at the least
+};
+
+/// What the measurement says about a pose, by the judge's own pixels: the Fisher information of
+/// (translation, rotation) at the camera's origin, 1/m² and 1/rad², whose inverse is the least
+/// covariance that any registration of these readings can have (Cramér and Rao). Every matched
+/// pixel is a reading of the depth along its ray, every outline point that a depth edge meets one
+/// of where the part ends across its outline. Shares nothing with refinement.
+/// `render` holds the model at the pose, contour included. O(pixels of the model).
+[[nodiscard]] Mat6d pose_information(const Surface& model, const Pose& camera_from_model,
+                                     const ModelRender& render, const DepthView& view,
+                                     const EdgeMap& edges, const ReadingSpread& spread) noexcept;
+
+}  // namespace grapnel
