@@ -5,6 +5,7 @@
 #include <span>
 
 #include "pipeline/kernels/best_rows.h"
+#include "pipeline/kernels/block_sums.h"
 #include "pipeline/kernels/depth_rows.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/plane_fit.h"
@@ -84,6 +85,17 @@ std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const Rigi
 
 void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
                     const PairAgreement& agreement, std::uint64_t* bits) noexcept;
+
+std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
+                       std::int32_t* found) noexcept;
+
+void block_scatter(const PointPlanes& points, const BlockOfPoints& block,
+                   std::span<const PointRange> ranges, float squared_m2, bool first,
+                   float (*sums)[kBlock]) noexcept;
+
+void block_normals(const PointPlanes& points, const NormalPlanes& normals,
+                   const BlockOfPoints& block, std::span<const PointRange> ranges, float squared_m2,
+                   bool about, float (*sums)[kBlock]) noexcept;
 
 void ranges(const RangePlanes& row, std::ptrdiff_t count, float* range, float* nearest,
             float* farthest) noexcept;

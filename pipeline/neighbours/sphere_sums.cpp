@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/neighbours/point_blocks.h"
+
 namespace grapnel {
 
 namespace {
@@ -160,31 +162,34 @@ void SphereSums::over_windows(What what) noexcept {
 void SphereSums::over_points(What what) noexcept {
   const Surface& s = *surface_;
   const auto radius = static_cast<float>(radius_m_);
-  const auto store = [&](std::size_t i, const kernels::SphereMoments& m) {
-    const std::array<float, kPlanes> values = {m.count, m.x,  m.y,  m.z,  m.xx,
-                                               m.xy,    m.xz, m.yy, m.yz, m.zz};
-    for (std::size_t k = 0; k < kPlanes; ++k) sums_[k][i] = values[k];
-  };
-  if (what == What::Scatter || what == What::ScatterAndMean) {
+  const bool of_points = what == What::Scatter || what == What::ScatterAndMean;
+  if (!of_points) {
     for (std::size_t position = 0; position < s.size; ++position) {
       const std::size_t i = search_.point_at(position);
-      store(i, search_.moments(i, radius));
+      ordered_[0][position] = s.nx[i];
+      ordered_[1][position] = s.ny[i];
+      ordered_[2][position] = s.nz[i];
+      ordered_[3][position] = s.has_normal(i) ? 1.0F : 0.0F;
     }
-    return;
-  }
-  for (std::size_t position = 0; position < s.size; ++position) {
-    const std::size_t i = search_.point_at(position);
-    ordered_[0][position] = s.nx[i];
-    ordered_[1][position] = s.ny[i];
-    ordered_[2][position] = s.nz[i];
-    ordered_[3][position] = s.has_normal(i) ? 1.0F : 0.0F;
   }
   const kernels::NormalPlanes normals{ordered_[0].data(), ordered_[1].data(), ordered_[2].data(),
                                       ordered_[3].data()};
-  for (std::size_t position = 0; position < s.size; ++position) {
-    const std::size_t i = search_.point_at(position);
-    const Vec3f about = what == What::NormalsAboutOwn ? s.normal(i) : Vec3f(Vec3f::Zero());
-    store(i, search_.normal_moments(i, radius, normals, about));
+  PointBlocks blocks(search_.planes(), s.size, radius, dense_planes_);
+  for (std::int32_t block_i = 0; block_i < blocks.size(); ++block_i) {
+    const kernels::BlockOfPoints block = blocks.block(block_i);
+    const std::span<const PointRange> ranges = blocks.near(block_i);
+    float sums[kernels::kWindowSums][kernels::kBlock];
+    if (of_points) {
+      kernels::block_scatter(search_.planes(), block, ranges, radius * radius,
+                             what == What::ScatterAndMean, sums);
+    } else {
+      kernels::block_normals(search_.planes(), normals, block, ranges, radius * radius,
+                             what == What::NormalsAboutOwn, sums);
+    }
+    for (std::int32_t lane = 0; lane < block.count; ++lane) {
+      const std::size_t i = search_.point_at(static_cast<std::size_t>(block.first + lane));
+      for (std::size_t k = 0; k < kPlanes; ++k) sums_[k][i] = sums[k][lane];
+    }
   }
 }
 

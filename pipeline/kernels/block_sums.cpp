@@ -1,0 +1,218 @@
+#include "pipeline/kernels/block_sums.h"
+
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "pipeline/kernels/block_sums.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace grapnel {
+namespace kernels {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Lanes = hn::CappedTag<float, kBlock>;
+using V = hn::Vec<Lanes>;
+
+HWY_INLINE V Number(float value) { return hn::Set(Lanes(), value); }
+
+/// How far stretches of an axis are apart; 0 where they overlap.
+HWY_INLINE V Apart(const float* low, const float* high, float box_low, float box_high) {
+  const V before = hn::Sub(hn::LoadU(Lanes(), low), Number(box_high));
+  const V behind = hn::Sub(Number(box_low), hn::LoadU(Lanes(), high));
+  return hn::Max(hn::Max(before, behind), hn::Zero(Lanes()));
+}
+
+std::size_t NearBoxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
+                      std::int32_t* found) {
+  const Lanes d;
+  const V limit = Number(squared_m2);
+  std::size_t count = 0;
+  for (std::int32_t i = range.begin; i < range.end; i += static_cast<std::int32_t>(hn::Lanes(d))) {
+    const V x = Apart(boxes.low_x + i, boxes.high_x + i, box.low[0], box.high[0]);
+    const V y = Apart(boxes.low_y + i, boxes.high_y + i, box.low[1], box.high[1]);
+    const V z = Apart(boxes.low_z + i, boxes.high_z + i, box.low[2], box.high[2]);
+    const V squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::Le(squared, limit), bits);
+    for (std::uint32_t rest = bits[0]; rest != 0; rest &= rest - 1) {
+      const std::int32_t near = i + std::countr_zero(rest);
+      if (near >= range.end) break;
+      found[count++] = near;
+    }
+  }
+  return count;
+}
+
+/// Number, first moments and products, as they add up over the ranges.
+struct Sums {
+  V count, x, y, z, xx, xy, xz, yy, yz, zz;
+};
+
+HWY_INLINE Sums NoSums() {
+  const V zero = hn::Zero(Lanes());
+  return {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+}
+
+/// Adds (kx, ky, kz), already zero where masked out.
+HWY_INLINE void AddProducts(V kx, V ky, V kz, Sums& s) {
+  s.xx = hn::Add(s.xx, hn::Mul(kx, kx));
+  s.xy = hn::Add(s.xy, hn::Mul(kx, ky));
+  s.xz = hn::Add(s.xz, hn::Mul(kx, kz));
+  s.yy = hn::Add(s.yy, hn::Mul(ky, ky));
+  s.yz = hn::Add(s.yz, hn::Mul(ky, kz));
+  s.zz = hn::Add(s.zz, hn::Mul(kz, kz));
+}
+
+HWY_INLINE void StoreSums(const Sums& s, std::int32_t lane, float (*sums)[kBlock]) {
+  const V all[kWindowSums] = {s.count, s.x, s.y, s.z, s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
+  for (int k = 0; k < kWindowSums; ++k) hn::StoreU(all[k], Lanes(), sums[k] + lane);
+}
+
+struct Centres {
+  V x, y, z;
+};
+/// Of a block's lanes; what is none of it lies far from everything.
+HWY_INLINE Centres CentresOf(const PointPlanes& points, const BlockOfPoints& block,
+                             std::int32_t lane) {
+  const Lanes d;
+  const hn::RebindToSigned<Lanes> di;
+  const auto own = hn::RebindMask(d, hn::Lt(hn::Iota(di, lane), hn::Set(di, block.count)));
+  const std::int32_t at = block.first + lane;
+  return {hn::IfThenElse(own, hn::LoadU(d, points.x + at), Number(kNowhere)),
+          hn::LoadU(d, points.y + at), hn::LoadU(d, points.z + at)};
+}
+
+template <bool kFirst>
+HWY_INLINE void ScatterLanes(const PointPlanes& points, const BlockOfPoints& block,
+                             std::span<const PointRange> ranges, float squared_m2,
+                             std::int32_t lane, float (*sums)[kBlock]) {
+  const V limit = Number(squared_m2);
+  const V one = Number(1.0F);
+  const Centres c = CentresOf(points, block, lane);
+  Sums s = NoSums();
+  // Most points lie in some sphere: to ask costs more than to add zeros.
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const V dx = hn::Sub(Number(points.x[i]), c.x);
+      const V dy = hn::Sub(Number(points.y[i]), c.y);
+      const V dz = hn::Sub(Number(points.z[i]), c.z);
+      const V squared = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+      const auto inside = hn::Le(squared, limit);
+      const V kx = hn::IfThenElseZero(inside, dx);
+      const V ky = hn::IfThenElseZero(inside, dy);
+      const V kz = hn::IfThenElseZero(inside, dz);
+      s.count = hn::Add(s.count, hn::IfThenElseZero(inside, one));
+      if (kFirst) {
+        s.x = hn::Add(s.x, kx);
+        s.y = hn::Add(s.y, ky);
+        s.z = hn::Add(s.z, kz);
+      }
+      AddProducts(kx, ky, kz, s);
+    }
+  }
+  StoreSums(s, lane, sums);
+}
+
+void BlockScatter(const PointPlanes& points, const BlockOfPoints& block,
+                  std::span<const PointRange> ranges, float squared_m2, bool first,
+                  float (*sums)[kBlock]) {
+  const auto lanes = static_cast<std::int32_t>(hn::Lanes(Lanes()));
+  for (std::int32_t lane = 0; lane < kBlock; lane += lanes) {
+    if (first) {
+      ScatterLanes<true>(points, block, ranges, squared_m2, lane, sums);
+    } else {
+      ScatterLanes<false>(points, block, ranges, squared_m2, lane, sums);
+    }
+  }
+}
+
+template <bool kAbout>
+HWY_INLINE void NormalLanes(const PointPlanes& points, const NormalPlanes& normals,
+                            const BlockOfPoints& block, std::span<const PointRange> ranges,
+                            float squared_m2, std::int32_t lane, float (*sums)[kBlock]) {
+  const Lanes d;
+  const V limit = Number(squared_m2);
+  const Centres c = CentresOf(points, block, lane);
+  const std::int32_t at = block.first + lane;
+  const V own_x = hn::LoadU(d, normals.x + at);
+  const V own_y = hn::LoadU(d, normals.y + at);
+  const V own_z = hn::LoadU(d, normals.z + at);
+  Sums s = NoSums();
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const V dx = hn::Sub(Number(points.x[i]), c.x);
+      const V dy = hn::Sub(Number(points.y[i]), c.y);
+      const V dz = hn::Sub(Number(points.z[i]), c.z);
+      const V squared = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+      const auto inside = hn::Le(squared, limit);
+      const V weight = hn::IfThenElseZero(inside, Number(normals.weight[i]));
+      V kx = Number(normals.x[i]);
+      V ky = Number(normals.y[i]);
+      V kz = Number(normals.z[i]);
+      if (kAbout) {
+        kx = hn::Mul(weight, hn::Sub(kx, own_x));
+        ky = hn::Mul(weight, hn::Sub(ky, own_y));
+        kz = hn::Mul(weight, hn::Sub(kz, own_z));
+      } else {
+        kx = hn::IfThenElseZero(inside, kx);
+        ky = hn::IfThenElseZero(inside, ky);
+        kz = hn::IfThenElseZero(inside, kz);
+      }
+      s.count = hn::Add(s.count, weight);
+      s.x = hn::Add(s.x, kx);
+      s.y = hn::Add(s.y, ky);
+      s.z = hn::Add(s.z, kz);
+      AddProducts(kx, ky, kz, s);
+    }
+  }
+  StoreSums(s, lane, sums);
+}
+
+void BlockNormals(const PointPlanes& points, const NormalPlanes& normals,
+                  const BlockOfPoints& block, std::span<const PointRange> ranges, float squared_m2,
+                  bool about, float (*sums)[kBlock]) {
+  const auto lanes = static_cast<std::int32_t>(hn::Lanes(Lanes()));
+  for (std::int32_t lane = 0; lane < kBlock; lane += lanes) {
+    if (about) {
+      NormalLanes<true>(points, normals, block, ranges, squared_m2, lane, sums);
+    } else {
+      NormalLanes<false>(points, normals, block, ranges, squared_m2, lane, sums);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kernels
+}  // namespace grapnel
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace grapnel::kernels {
+
+HWY_EXPORT(NearBoxes);
+HWY_EXPORT(BlockScatter);
+HWY_EXPORT(BlockNormals);
+
+std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
+                       std::int32_t* found) noexcept {
+  return HWY_DYNAMIC_DISPATCH(NearBoxes)(boxes, range, box, squared_m2, found);
+}
+
+void block_scatter(const PointPlanes& points, const BlockOfPoints& block,
+                   std::span<const PointRange> ranges, float squared_m2, bool first,
+                   float (*sums)[kBlock]) noexcept {
+  HWY_DYNAMIC_DISPATCH(BlockScatter)(points, block, ranges, squared_m2, first, sums);
+}
+
+void block_normals(const PointPlanes& points, const NormalPlanes& normals,
+                   const BlockOfPoints& block, std::span<const PointRange> ranges, float squared_m2,
+                   bool about, float (*sums)[kBlock]) noexcept {
+  HWY_DYNAMIC_DISPATCH(BlockNormals)(points, normals, block, ranges, squared_m2, about, sums);
+}
+
+}  // namespace grapnel::kernels
+#endif

@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/rng.h"
+#include "pipeline/kernels/reference.h"
+#include "pipeline/kernels/target.h"
+
+namespace grapnel {
+namespace {
+
+constexpr std::int32_t kPoints = 150;
+constexpr std::size_t kRoom = static_cast<std::size_t>(kPoints) + kernels::kSlack;
+constexpr int kBlock = kernels::kBlock;
+
+/// Every test runs on each target that this machine has, against the plain loops: the same bits.
+class BlockKernel : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { ASSERT_TRUE(kernels::force_target(GetParam())); }
+  void TearDown() override { ASSERT_TRUE(kernels::force_target("")); }
+};
+
+INSTANTIATE_TEST_SUITE_P(OnEveryTarget, BlockKernel, testing::ValuesIn(kernels::target_names()),
+                         [](const auto& target) { return target.param; });
+
+/// Points in a cube of a metre with normals, a tenth of them without.
+struct Points {
+  std::array<std::vector<float>, 7> plane;
+
+  Points() {
+    Rng rng(61);
+    for (std::vector<float>& values : plane) values.assign(kRoom, 0.0F);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(kPoints); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) plane[k][i] = static_cast<float>(rng.uniform());
+      if (rng.uniform() < 0.1) continue;
+      for (std::size_t k = 3; k < 6; ++k) plane[k][i] = static_cast<float>(rng.normal());
+      plane[6][i] = 1.0F;
+    }
+  }
+  [[nodiscard]] kernels::PointPlanes points() const {
+    return {plane[0].data(), plane[1].data(), plane[2].data()};
+  }
+  [[nodiscard]] kernels::NormalPlanes normals() const {
+    return {plane[3].data(), plane[4].data(), plane[5].data(), plane[6].data()};
+  }
+};
+
+struct Sums {
+  float of[kernels::kWindowSums][kBlock] = {};
+};
+
+void expect_same(const Sums& found, const Sums& expected, const kernels::BlockOfPoints& block) {
+  for (int k = 0; k < kernels::kWindowSums; ++k) {
+    for (int lane = 0; lane < block.count; ++lane) {
+      EXPECT_EQ(found.of[k][lane], expected.of[k][lane]) << block.first << " " << k << " " << lane;
+    }
+  }
+}
+
+constexpr std::array<PointRange, 3> kRanges = {PointRange{0, 41}, {50, 50}, {57, kPoints}};
+constexpr std::array<kernels::BlockOfPoints, 4> kBlocks = {
+    kernels::BlockOfPoints{0, 8}, {13, 5}, {100, 1}, {kPoints - 3, 3}};
+constexpr float kSquared_m2 = 0.09F;
+
+TEST_P(BlockKernel, ScatterIsThatOfPlainLoops) {
+  const Points cloud;
+  for (const bool first : {false, true}) {
+    for (const kernels::BlockOfPoints& block : kBlocks) {
+      Sums found;
+      Sums expected;
+      kernels::block_scatter(cloud.points(), block, kRanges, kSquared_m2, first, found.of);
+      kernels::reference::block_scatter(cloud.points(), block, kRanges, kSquared_m2, first,
+                                        expected.of);
+      expect_same(found, expected, block);
+      EXPECT_GT(found.of[0][0], 1.0F);
+    }
+  }
+}
+
+TEST_P(BlockKernel, SumsOfNormalsAreThoseOfPlainLoops) {
+  const Points cloud;
+  for (const bool about : {false, true}) {
+    for (const kernels::BlockOfPoints& block : kBlocks) {
+      Sums found;
+      Sums expected;
+      kernels::block_normals(cloud.points(), cloud.normals(), block, kRanges, kSquared_m2, about,
+                             found.of);
+      kernels::reference::block_normals(cloud.points(), cloud.normals(), block, kRanges,
+                                        kSquared_m2, about, expected.of);
+      expect_same(found, expected, block);
+      EXPECT_GT(found.of[0][0], 1.0F);
+    }
+  }
+}
+
+TEST_P(BlockKernel, NearBoxesAreThoseOfPlainLoops) {
+  const Points cloud;
+  std::array<std::vector<float>, 3> high;
+  for (std::size_t k = 0; k < 3; ++k) {
+    high[k] = cloud.plane[k];
+    for (float& value : high[k]) value += 0.05F;
+  }
+  const kernels::BoxPlanes boxes{cloud.plane[0].data(), cloud.plane[1].data(),
+                                 cloud.plane[2].data(), high[0].data(),
+                                 high[1].data(),        high[2].data()};
+  const kernels::Box box{{0.4F, 0.5F, 0.1F}, {0.6F, 0.6F, 0.9F}};
+  for (const PointRange& range : {PointRange{0, kPoints}, {3, 4}, {17, 90}, {5, 5}}) {
+    std::vector<std::int32_t> found(kRoom);
+    std::vector<std::int32_t> expected(kRoom);
+    found.resize(kernels::near_boxes(boxes, range, box, 0.01F, found.data()));
+    expected.resize(kernels::reference::near_boxes(boxes, range, box, 0.01F, expected.data()));
+    EXPECT_EQ(found, expected);
+  }
+}
+
+}  // namespace
+}  // namespace grapnel
