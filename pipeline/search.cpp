@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "base/insertion_sort.h"
 #include "pipeline/coarse/hypothesis_list.h"
@@ -10,6 +11,8 @@
 namespace grapnel {
 namespace {
 
+// Proposals this near are one, in diameters: less than coarse refinement bridges.
+constexpr double kSame = 0.03;
 // A pose rated this much below the best is not worth a look.
 constexpr double kHopeless = 0.6;
 // A quick rating of 2 is perfect; a part half hidden still gets more than this.
@@ -126,7 +129,17 @@ void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object)
   const QuickTable table(model);
   const PoseScore score =
       rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
-  for (const Hypothesis& hypothesis : proposed_) {
+  std::size_t starts = 0;
+  for (std::size_t i = 0; i < proposed_.size(); ++i) {
+    const Hypothesis hypothesis = proposed_[i];
+    // Of poses that end in one place the best suffices.
+    const auto same = [&](const Hypothesis& better) {
+      return displacement_m(better.target_from_source, hypothesis.target_from_source, model.centre,
+                            0.5 * model.diameter_m) < kSame * model.diameter_m;
+    };
+    const std::span<const Hypothesis> before = proposed_.span().first(starts);
+    if (std::any_of(before.begin(), before.end(), same)) continue;
+    proposed_[starts++] = hypothesis;
     const Result<RefinedPose> refined = coarse_refiner_.refine(
         *object.surface, model.coarse, table, hypothesis.target_from_source.inverse());
     if (!refined.ok()) continue;
