@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "pipeline/kernels/label_rows.h"
+
 namespace grapnel {
 
 FieldTable background_fields() noexcept {
@@ -77,25 +79,18 @@ void BackgroundRemoval::remove_image(WorkingDepth& work,
 }
 
 void BackgroundRemoval::remove_plane(WorkingDepth& work, const DepthPlane& plane) const noexcept {
-  const auto unit = static_cast<float>(work.metres_per_unit);
-  const auto offset = static_cast<float>(plane.offset_m);
-  const auto noise = static_cast<float>(params_.sigmas * params_.sigma_1m_m);
-  const auto height = static_cast<float>(params_.min_height_m);
-  const auto ratio =
-      params_.min_height_m > 0.0 ? 0.0F : static_cast<float>(params_.min_height_ratio);
-  const auto a = static_cast<float>(plane.a);
+  kernels::PlaneRow row;
+  row.metres_per_unit = static_cast<float>(work.metres_per_unit);
+  row.a = static_cast<float>(plane.a);
+  row.offset_m = static_cast<float>(plane.offset_m);
+  kernels::HeightLaw law;
+  law.noise = static_cast<float>(params_.sigmas * params_.sigma_1m_m);
+  law.height_m = static_cast<float>(params_.min_height_m);
+  law.ratio = params_.min_height_m > 0.0 ? 0.0F : static_cast<float>(params_.min_height_ratio);
   for (int v = 0; v < work.depth.height; ++v) {
-    const auto start = static_cast<float>(plane.b * v + plane.c);
-    const std::uint16_t* depth = work.depth.row(v);
-    std::uint8_t* label = work.label.row(v);
-    for (int u = 0; u < work.depth.width; ++u) {
-      const float depth_m = static_cast<float>(depth[u]) * unit;
-      // Height n·p + offset = offset (1 - z q) with q = 1/z of the plane on this ray. Depth noise
-      // z² sigma tilts it by offset z sigma.
-      const float above_m = offset * (1.0F - depth_m * (start + a * static_cast<float>(u)));
-      const float needed = std::max(noise * offset * depth_m, std::max(height, ratio * depth_m));
-      label[u] = above_m > needed ? label[u] : kNoLabel;
-    }
+    row.start = static_cast<float>(plane.b * v + plane.c);
+    kernels::keep_above_plane(work.depth.row(v), static_cast<std::size_t>(work.depth.width), row,
+                              law, work.label.row(v));
   }
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/kernels/label_rows.h"
+
 namespace grapnel {
 
 FieldTable organize_fields() noexcept {
@@ -28,35 +30,20 @@ namespace {
 
 constexpr Stage kStage = Stage::Organize;
 
+/// Counts that are readings; none where the first is above the last.
 struct Range {
-  int lowest = 1;
-  int highest = 0xffff;
+  std::uint16_t least = 1;
+  std::uint16_t most = 0xffff;
 };
 
 Range range_in_counts(const OrganizeParams& params, double metres_per_unit) noexcept {
   // A limit written in metres that means a whole count may miss it by rounding.
   constexpr double kRounding = 1e-6;
-  Range range;
-  const double lowest = std::ceil(params.min_z_m / metres_per_unit - kRounding);
-  range.lowest = static_cast<int>(std::clamp(lowest, 1.0, 65536.0));
-  if (params.max_z_m > 0.0) {
-    const double highest = std::floor(params.max_z_m / metres_per_unit + kRounding);
-    range.highest = static_cast<int>(std::min(highest, 65535.0));
-  }
-  return range;
-}
-
-std::size_t copy_row(const std::uint16_t* from, int width, Range range, std::uint16_t* depth,
-                     std::uint8_t* label) noexcept {
-  std::size_t kept = 0;
-  for (int u = 0; u < width; ++u) {
-    const int count = from[u];
-    const bool valid = count >= range.lowest && count <= range.highest;
-    depth[u] = valid ? from[u] : std::uint16_t{0};
-    label[u] = valid ? kForeground : kNoLabel;
-    kept += valid ? 1U : 0U;
-  }
-  return kept;
+  const double least = std::max(1.0, std::ceil(params.min_z_m / metres_per_unit - kRounding));
+  const double most =
+      params.max_z_m > 0.0 ? std::floor(params.max_z_m / metres_per_unit + kRounding) : 65535.0;
+  if (!(least <= std::min(most, 65535.0))) return {0xffff, 0};
+  return {static_cast<std::uint16_t>(least), static_cast<std::uint16_t>(std::min(most, 65535.0))};
 }
 
 }  // namespace
@@ -96,9 +83,11 @@ Result<std::size_t> organize(const DepthFrame& frame, const OrganizeParams& para
 
   const Range range = range_in_counts(params, frame.metres_per_unit);
   std::size_t kept = 0;
+  static_assert(kNoLabel == 0);
   for (int v = 0; v < height; ++v) {
-    kept +=
-        copy_row(frame.depth.row(top + v) + left, width, range, out.depth.row(v), out.label.row(v));
+    kept += kernels::copy_in_range(frame.depth.row(top + v) + left, static_cast<std::size_t>(width),
+                                   range.least, range.most, kForeground, out.depth.row(v),
+                                   out.label.row(v));
   }
   return kept;
 }
