@@ -22,8 +22,6 @@ constexpr std::size_t kScene = 26000;
 constexpr std::size_t kRows = 1000;
 constexpr std::size_t kPairs = 2290;
 constexpr std::size_t kDraws = 10000;
-/// Open3D's most neighbours: more than there are, as PCL takes all.
-constexpr int kAll = 1000;
 
 /// An estimator with its memory and keypoints spread over a surface.
 template <class Estimator>
@@ -78,7 +76,7 @@ void print_descriptors() {
                   {},
                   [&] { every.run(); },
                   peers::fpfh(*scene, kRadiusRatio * scene->spacing_m, kScene),
-                  peers::o3d::fpfh(*scene, kRadiusRatio * scene->spacing_m, kAll)});
+                  peers::o3d::fpfh(*scene, kRadiusRatio * scene->spacing_m)});
   rows.push_back({"PFH, 200 keypoints, 99 neighbours",
                   12.0,
                   5.0,

@@ -8,7 +8,7 @@ Work voxels(const Surface&, double) { return {}; }
 Work statistical_outliers(const Surface&, int, double) { return {}; }
 Work normals(const Surface&, double, int) { return {}; }
 Work iss(const Surface&, double, double) { return {}; }
-Work fpfh(const Surface&, double, int) { return {}; }
+Work fpfh(const Surface&, double) { return {}; }
 Work icp_to_plane(const Surface&, const Surface&, double, int, const Pose&) { return {}; }
 std::optional<Pose> register_pair(const Surface&, const Surface&, double) { return {}; }
 

@@ -16,8 +16,8 @@ namespace grapnel::bench::peers::o3d {
 /// Covariance of all points within the radius, at most `most` of them.
 [[nodiscard]] Work normals(const Surface& surface, double radius_m, int most);
 [[nodiscard]] Work iss(const Surface& surface, double salient_radius_m, double non_max_radius_m);
-/// Of every point; it describes no others.
-[[nodiscard]] Work fpfh(const Surface& surface, double radius_m, int most);
+/// Of every point, from all within the radius; it describes no others.
+[[nodiscard]] Work fpfh(const Surface& surface, double radius_m);
 /// Builds its tree in every run: it keeps none between two calls.
 [[nodiscard]] Work icp_to_plane(const Surface& source, const Surface& target, double distance_m,
                                 int iterations, const Pose& start);

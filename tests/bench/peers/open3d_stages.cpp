@@ -15,6 +15,7 @@ namespace {
 
 namespace registration = open3d::pipelines::registration;
 using open3d::geometry::KDTreeSearchParamHybrid;
+using open3d::geometry::KDTreeSearchParamRadius;
 
 /// Open3D heeds OpenMP's number of threads only where the environment names one.
 void keep_to_one_thread() {
@@ -61,9 +62,9 @@ Work iss(const Surface& surface, double salient_radius_m, double non_max_radius_
   };
 }
 
-Work fpfh(const Surface& surface, double radius_m, int most) {
-  return [cloud = cloud_of(surface, true), radius_m, most] {
-    (void)registration::ComputeFPFHFeature(*cloud, KDTreeSearchParamHybrid(radius_m, most));
+Work fpfh(const Surface& surface, double radius_m) {
+  return [cloud = cloud_of(surface, true), radius_m] {
+    (void)registration::ComputeFPFHFeature(*cloud, KDTreeSearchParamRadius(radius_m));
   };
 }
 
