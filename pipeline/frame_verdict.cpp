@@ -60,7 +60,6 @@ void FrameJob::predict_deviation(std::size_t model_i, double floor_m,
   const GeneralParams& general = s_.stages.params.general;
   const Pose& pose = report.target_from_source;
   ReadingSpread spread;
-  spread.shared_px = general.pose_error_px;
   spread.floor_m = floor_m;
   Mat6d information = s_.search.information(model, measured(), spread);
   if (const int axis = free_axis(model.symmetry); axis >= 0) {

@@ -21,8 +21,9 @@ FieldTable general_fields() noexcept {
                                    "axial noise at 1 m, 1 sigma; grows with z²"),
       number_field<&P::shared_error_px>("shared_error_px", "px", 1.0, 1000.0,
                                         "neighbouring readings that share one error"),
-      number_field<&P::pose_error_px>("pose_error_px", "px", 1.0, 1000.0,
-                                      "readings that count as one in a pose's covariance"),
+      number_field<&P::pose_error_px>(
+          "pose_error_px", "px", 1.0, 1000.0,
+          "readings that count as one in the covariance of a pair's pose"),
       number_field<&P::common_error_px>("common_error_px", "px", 0.0, 100.0,
                                         "error across the view that all readings of a part share"),
       number_field<&P::common_error_sigmas>(

@@ -9,8 +9,9 @@ namespace grapnel {
 
 /// How far readings may be trusted, beside the view's own noise along the view.
 struct ReadingSpread {
-  double shared_px = 20.0;  ///< sensor pixels that share one error: structured light looks at
-                            ///< windows, and a median filter does
+  /// Sensor pixels that share one error: structured light looks at windows of 7 to 9 px, and a
+  /// median of 5 px follows. Found by the error of poses on simulated frames.
+  double shared_px = 80.0;
   double across_px = 0.7;   ///< 1-sigma of a reading across the view, sensor pixels
   double outline_px = 1.0;  ///< 1-sigma of an outline that meets a depth edge, sensor pixels
   double floor_m = 0.0;     ///< match tolerance at the least

@@ -20,6 +20,9 @@ constexpr double kMostSunk = 0.03;
 constexpr double kBorne = 0.1;
 // Ground that lies higher than the part's middle is not what it stands on but what is beside it.
 constexpr double kMiddle = 0.5;
+// A part's height is known to this share of it, feet and rounded edges included: less than half way
+// to a part that counts as one of another size.
+constexpr double kHeightKnown = 0.04;
 // A model without an underside may have been cut off this far above it, in diameters.
 constexpr double kCutOff = 0.1;
 
@@ -87,7 +90,7 @@ void check_ground(const Findings& findings, Checks& checks) noexcept {
   if (ground.share < kBeltAround) return;
   const double gap_m = findings.resting.lowest_m - ground.level_m;
   const double height_m = findings.resting.highest_m - findings.resting.lowest_m;
-  double limit_m = findings.ground_tolerance_m;
+  double limit_m = std::max(findings.ground_tolerance_m, kHeightKnown * height_m);
   if (gap_m > 0.0 && !findings.closed) limit_m += kCutOff * findings.diameter_m;
   const bool borne = gap_m > limit_m && ground.borne >= kBorne;
   if (borne || gap_m < -kMiddle * height_m) {
