@@ -6,6 +6,7 @@
 #define HWY_TARGET_INCLUDE "pipeline/kernels/block_sums.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "pipeline/kernels/moment_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace grapnel {
@@ -13,9 +14,6 @@ namespace kernels {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Lanes = hn::CappedTag<float, kBlock>;
-using V = hn::Vec<Lanes>;
 
 HWY_INLINE V Number(float value) { return hn::Set(Lanes(), value); }
 
@@ -45,31 +43,6 @@ std::size_t NearBoxes(const BoxPlanes& boxes, PointRange range, const Box& box, 
     }
   }
   return count;
-}
-
-/// Number, first moments and products, as they add up over the ranges.
-struct Sums {
-  V count, x, y, z, xx, xy, xz, yy, yz, zz;
-};
-
-HWY_INLINE Sums NoSums() {
-  const V zero = hn::Zero(Lanes());
-  return {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
-}
-
-/// Adds (kx, ky, kz), already zero where masked out.
-HWY_INLINE void AddProducts(V kx, V ky, V kz, Sums& s) {
-  s.xx = hn::Add(s.xx, hn::Mul(kx, kx));
-  s.xy = hn::Add(s.xy, hn::Mul(kx, ky));
-  s.xz = hn::Add(s.xz, hn::Mul(kx, kz));
-  s.yy = hn::Add(s.yy, hn::Mul(ky, ky));
-  s.yz = hn::Add(s.yz, hn::Mul(ky, kz));
-  s.zz = hn::Add(s.zz, hn::Mul(kz, kz));
-}
-
-HWY_INLINE void StoreSums(const Sums& s, std::int32_t lane, float (*sums)[kBlock]) {
-  const V all[kWindowSums] = {s.count, s.x, s.y, s.z, s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
-  for (int k = 0; k < kWindowSums; ++k) hn::StoreU(all[k], Lanes(), sums[k] + lane);
 }
 
 struct Centres {

@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "pipeline/kernels/window_sums.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "pipeline/kernels/moment_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace grapnel {
@@ -11,34 +12,6 @@ namespace kernels {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Lanes = hn::CappedTag<float, kBlock>;
-using V = hn::Vec<Lanes>;
-
-/// Number, first moments and products, as they add up over a window.
-struct Sums {
-  V count, x, y, z, xx, xy, xz, yy, yz, zz;
-};
-
-HWY_INLINE Sums NoSums() {
-  const V zero = hn::Zero(Lanes());
-  return {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
-}
-
-/// Adds (kx, ky, kz), already zero where masked out.
-HWY_INLINE void AddProducts(V kx, V ky, V kz, Sums& s) {
-  s.xx = hn::Add(s.xx, hn::Mul(kx, kx));
-  s.xy = hn::Add(s.xy, hn::Mul(kx, ky));
-  s.xz = hn::Add(s.xz, hn::Mul(kx, kz));
-  s.yy = hn::Add(s.yy, hn::Mul(ky, ky));
-  s.yz = hn::Add(s.yz, hn::Mul(ky, kz));
-  s.zz = hn::Add(s.zz, hn::Mul(kz, kz));
-}
-
-HWY_INLINE void StoreSums(const Sums& s, std::ptrdiff_t lane, float (*sums)[kBlock]) {
-  const V all[kWindowSums] = {s.count, s.x, s.y, s.z, s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
-  for (int k = 0; k < kWindowSums; ++k) hn::StoreU(all[k], Lanes(), sums[k] + lane);
-}
 
 template <bool kFirst>
 HWY_INLINE void ScatterLanes(const DensePlanes& planes, std::ptrdiff_t at,
@@ -156,37 +129,6 @@ HWY_INLINE hn::Mask<Lanes> Inside(const PointPlanes& points, std::int32_t i, std
   return hn::And(in_range, hn::Le(squared, hn::Set(d, sphere.squared_m2)));
 }
 
-void AddNormals(const PointPlanes& points, const NormalPlanes& normals,
-                std::span<const PointRange> ranges, const Sphere& sphere, const float (&about)[3],
-                PartialMoments& out) {
-  const Lanes d;
-  const V ax = hn::Set(d, about[0]);
-  const V ay = hn::Set(d, about[1]);
-  const V az = hn::Set(d, about[2]);
-  const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
-  for (std::int32_t lane = 0; lane < kPartials; lane += lanes) {
-    Sums s = NoSums();
-    V* const all[kMoments] = {&s.count, &s.x, &s.y, &s.z, &s.xx, &s.xy, &s.xz, &s.yy, &s.yz, &s.zz};
-    for (int k = 0; k < kMoments; ++k) *all[k] = hn::LoadU(d, out.sum[k] + lane);
-    for (const PointRange& range : ranges) {
-      for (std::int32_t i = range.begin + lane; i < range.end; i += kPartials) {
-        const auto inside = Inside(points, i, range.end, sphere);
-        if (hn::AllFalse(d, inside)) continue;
-        const V weight = hn::IfThenElseZero(inside, hn::LoadU(d, normals.weight + i));
-        const V kx = hn::Mul(weight, hn::Sub(hn::LoadU(d, normals.x + i), ax));
-        const V ky = hn::Mul(weight, hn::Sub(hn::LoadU(d, normals.y + i), ay));
-        const V kz = hn::Mul(weight, hn::Sub(hn::LoadU(d, normals.z + i), az));
-        s.count = hn::Add(s.count, weight);
-        s.x = hn::Add(s.x, kx);
-        s.y = hn::Add(s.y, ky);
-        s.z = hn::Add(s.z, kz);
-        AddProducts(kx, ky, kz, s);
-      }
-    }
-    for (int k = 0; k < kMoments; ++k) hn::StoreU(*all[k], d, out.sum[k] + lane);
-  }
-}
-
 bool ExceededWithin(const PointPlanes& points, const float* values,
                     std::span<const PointRange> ranges, const Sphere& sphere, float own) {
   const Lanes d;
@@ -212,7 +154,6 @@ namespace grapnel::kernels {
 
 HWY_EXPORT(WindowScatter);
 HWY_EXPORT(WindowNormals);
-HWY_EXPORT(AddNormals);
 HWY_EXPORT(ExceededWithin);
 
 void window_scatter(const DensePlanes& planes, std::ptrdiff_t at, const WindowShape& window,
@@ -223,12 +164,6 @@ void window_scatter(const DensePlanes& planes, std::ptrdiff_t at, const WindowSh
 void window_normals(const DensePlanes& planes, std::ptrdiff_t at, const WindowShape& window,
                     float squared_m2, bool about, float (*sums)[kBlock]) noexcept {
   HWY_DYNAMIC_DISPATCH(WindowNormals)(planes, at, window, squared_m2, about, sums);
-}
-
-void add_sphere_normals(const PointPlanes& points, const NormalPlanes& normals,
-                        std::span<const PointRange> ranges, const Sphere& sphere,
-                        const float (&about)[3], PartialMoments& partial) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddNormals)(points, normals, ranges, sphere, about, partial);
 }
 
 bool exceeded_within(const PointPlanes& points, const float* values,

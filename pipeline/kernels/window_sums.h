@@ -52,11 +52,6 @@ struct NormalPlanes {
   const float* z = nullptr;
   const float* weight = nullptr;
 };
-/// Adds the normals, less `about`, of the ranges' points in the sphere to the eight partial sums
-/// (position in its range modulo eight).
-void add_sphere_normals(const PointPlanes& points, const NormalPlanes& normals,
-                        std::span<const PointRange> ranges, const Sphere& sphere,
-                        const float (&about)[3], PartialMoments& partial) noexcept;
 
 /// Whether any of the ranges' points in the sphere has a value above `own`. `values` in the order
 /// of the points, with kSlack elements behind the last.

@@ -133,21 +133,6 @@ kernels::SphereMoments NeighbourSearch::moments(std::size_t point_i,
   return kernels::fold(partial);
 }
 
-kernels::SphereMoments NeighbourSearch::normal_moments(std::size_t point_i, float radius_m,
-                                                       const kernels::NormalPlanes& normals,
-                                                       const Vec3f& about) const noexcept {
-  GRAPNEL_ASSERT(surface_ != nullptr && point_i < surface_->size);
-  const Vec3f place = surface_->point(point_i);
-  const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
-  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
-  const float less[3] = {about.x(), about.y(), about.z()};
-  kernels::PartialMoments partial{};
-  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
-    kernels::add_sphere_normals(points, normals, ranges, sphere, less, partial);
-  });
-  return kernels::fold(partial);
-}
-
 bool NeighbourSearch::exceeded(std::size_t position, float radius_m,
                                const float* values) const noexcept {
   GRAPNEL_ASSERT(surface_ != nullptr && position < surface_->size);

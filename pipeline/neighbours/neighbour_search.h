@@ -54,12 +54,6 @@ class NeighbourSearch {
   /// to a neighbourhood's scatter. Float: right to about 1e-6 of the largest product.
   [[nodiscard]] kernels::SphereMoments moments(std::size_t point_i, float radius_m) const noexcept;
 
-  /// The same of normals less `about`, given in the search's order (point_at): their number, sums
-  /// and sums of products.
-  [[nodiscard]] kernels::SphereMoments normal_moments(std::size_t point_i, float radius_m,
-                                                      const kernels::NormalPlanes& normals,
-                                                      const Vec3f& about) const noexcept;
-
   /// Whether a point within `radius_m` of the point at a position of the search's order has a
   /// larger value than it; `values` in that order with kernels::kSlack elements behind. Stops at
   /// the first one.
