@@ -17,10 +17,14 @@ inline constexpr int kMaxClaimSide = 512;
 /// Three times its square, in sixteenths, stays below what kUnclaimed holds.
 inline constexpr int kMaxClaimReach = 26;
 
+/// Elements behind the last voxel that spread_claims() may read, on targets that can't load a part
+/// of a vector.
+inline constexpr std::size_t kClaimSlack = 8;
+
 /// One pass of an exact distance transform: each voxel of a box gets the least of the claims up to
 /// `reach` (at most kMaxClaimReach) voxels away along an axis, each farther by the distance
 /// squared. Voxel (x, y, z) has index (z * size[1] + y) * size[0] + x; sides of at most
-/// kMaxClaimSide. O(voxels × reach).
+/// kMaxClaimSide, kClaimSlack elements behind the last. O(voxels × reach).
 void spread_claims(int axis, const std::int32_t (&size)[3], int reach, Claim* claims) noexcept;
 
 }  // namespace grapnel::kernels

@@ -63,7 +63,7 @@ void transform_line(int count, const float* in, const std::uint16_t* in_index, f
 
 void ClosestPointTable::reserve(Arena& arena, std::size_t max_voxels) {
   nearest_ = arena.take<std::uint16_t>(max_voxels);
-  work_ = arena.take<std::uint32_t>(max_voxels);
+  work_ = arena.take<std::uint32_t>(max_voxels + kernels::kClaimSlack);
 }
 
 void ClosestPointTable::shape(const Surface& surface, double margin_m,

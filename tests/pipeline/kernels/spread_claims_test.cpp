@@ -62,8 +62,9 @@ TEST_P(SpreadClaims, GivesEachVoxelItsNearestSeedWithinReach) {
     for (const int side : {1, 7, 16, 33}) {
       const std::int32_t size[3] = {side, 19, 38 - side};
       const std::vector<Seed> seeds = seeds_in(size, rng);
-      std::vector<Claim> claims(static_cast<std::size_t>(size[0] * size[1] * size[2]),
-                                kernels::kUnclaimed);
+      std::vector<Claim> claims(
+          static_cast<std::size_t>(size[0] * size[1] * size[2]) + kernels::kClaimSlack,
+          kernels::kUnclaimed);
       for (const Seed& seed : seeds) {
         Claim& claim = claims[static_cast<std::size_t>(
             (seed.at[2] * size[1] + seed.at[1]) * size[0] + seed.at[0])];
@@ -88,9 +89,9 @@ TEST_P(SpreadClaims, GivesEachVoxelItsNearestSeedWithinReach) {
 
 TEST_P(SpreadClaims, LeavesABoxWithoutSeedsUnclaimed) {
   const std::int32_t size[3] = {5, 6, 7};
-  std::vector<Claim> claims(5 * 6 * 7, kernels::kUnclaimed);
+  std::vector<Claim> claims(5 * 6 * 7 + kernels::kClaimSlack, kernels::kUnclaimed);
   for (int axis = 0; axis < 3; ++axis) kernels::spread_claims(axis, size, 9, claims.data());
-  EXPECT_EQ(std::count(claims.begin(), claims.end(), kernels::kUnclaimed), 5 * 6 * 7);
+  EXPECT_EQ(std::count(claims.begin(), claims.begin() + 5 * 6 * 7, kernels::kUnclaimed), 5 * 6 * 7);
 }
 
 }  // namespace
