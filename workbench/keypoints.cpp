@@ -1,5 +1,6 @@
 #include "workbench/keypoints.h"
 
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -12,8 +13,11 @@ namespace grapnel {
 
 std::vector<Keypoint> detect_keypoints(Surface& surface, const std::string& detector,
                                        const std::vector<std::string>& overrides) {
+  // A picture of few and scattered points still has all its pixels.
+  const auto pixels =
+      static_cast<std::size_t>(surface.grid.width) * static_cast<std::size_t>(surface.grid.height);
   LoadedStage<KeypointDetector> stage(keypoint_detectors(), detector, overrides,
-                                      limits_for(surface.size));
+                                      limits_for(std::max(surface.size, pixels)));
   ensure_normals(surface);
   std::vector<Keypoint> storage(surface.size);
   KeypointSet keypoints{std::span<Keypoint>(storage)};

@@ -141,6 +141,28 @@ TEST(KeypointsCommand, NamesPointsByTheirIndexInTheFile) {
   }
 }
 
+// 1200 readings all over a picture of 320 × 240: NARF works on its pixels, not on its points.
+TEST(KeypointsCommand, LooksAtAPictureOfFewReadings) {
+  const TempFolder folder;
+  CloudData cloud;
+  cloud.width = 320;
+  cloud.height = 240;
+  for (int v = 0; v < cloud.height; ++v) {
+    for (int u = 0; u < cloud.width; ++u) {
+      const bool read = u % 8 == 0 && v % 8 == 0;
+      const float z = read ? 1.0F : std::nanf("");
+      cloud.x.push_back(z * (static_cast<float>(u) - 160.0F) / 260.0F);
+      cloud.y.push_back(z * (static_cast<float>(v) - 120.0F) / 260.0F);
+      cloud.z.push_back(z);
+    }
+  }
+  const std::filesystem::path file = folder / "few.pcd";
+  write_pcd(file, cloud);
+  const CommandRun run = run_command({"keypoints", file, "--detector", "narf", "--json"});
+  EXPECT_EQ(run.code, 0) << run.error;
+  EXPECT_EQ(Json::parse(run.out).at("points"), 1200);
+}
+
 TEST(KeypointsCommand, RefusesAnUnknownDetectorAndKey) {
   const TempFolder folder;
   const std::string patch = write_patch(folder);
