@@ -62,7 +62,12 @@ Filtered filter_surface(const Input& input, const std::string& method,
   stored->surface.spacing_m = measured_spacing_m(stored->surface);
   filtered.before = stored->surface.size;
   LoadedStage<CloudFilter> filter(cloud_filters(), method, overrides, limits_for(filtered.before));
-  const Result<std::size_t> removed = filter->apply(stored->surface);
+  Result<std::size_t> removed = filter->apply(stored->surface);
+  if (!removed && removed.error().code == Code::TooFewPoints) {
+    // Some sample by the points' normals, which the file may lack.
+    ensure_normals(stored->surface);
+    removed = filter->apply(stored->surface);
+  }
   if (!removed) require_ok(removed.error(), method);
   filtered.after = stored->surface.size;
   filtered.cloud = cloud_of_surface(stored->surface);

@@ -60,6 +60,18 @@ TEST(FilterCommand, LeavesOnePointAVoxel) {
   EXPECT_LE(cloud.size(), 72U);
 }
 
+TEST(FilterCommand, EstimatesTheNormalsThatAMethodSamplesBy) {
+  const TempFolder folder;
+  const std::string patch = write_patch(folder);
+  for (const char* const method : {"normal_space", "covariance_sampling"}) {
+    const std::filesystem::path out = folder / (std::string(method) + ".pcd");
+    const CommandRun run = run_command(
+        {"filter", patch, "--method", method, "--set", "points=100", "-o", out, "--json"});
+    ASSERT_EQ(run.code, 0) << method << run.error;
+    EXPECT_EQ(read_cloud(out).size(), 100U) << method;
+  }
+}
+
 TEST(CurvatureCommand, WritesARowForEveryPointWithAReading) {
   const TempFolder folder;
   const std::filesystem::path csv = folder / "out.csv";
