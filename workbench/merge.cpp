@@ -68,10 +68,10 @@ class Merged {
     }
   }
 
-  /// A frame counts once: the seed is its hash, which an error does not have.
+  /// A frame counts once: the seed is its hash, which an error or an empty belt does not have.
   void refuse_repeated(const std::string& where) {
     const CaseResult& result = results.back();
-    if (result.failed()) return;
+    if (result.failed() || result.answer.seed == 0) return;
     if (!known_.insert({result.id, result.preset, result.answer.seed}).second) {
       throw InputError(where + "\"" + result.id + "\" was in an earlier folder with the same data");
     }

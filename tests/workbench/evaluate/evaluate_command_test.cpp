@@ -126,5 +126,25 @@ TEST(MergeCommand, CountsNoCaseTwice) {
   EXPECT_THAT(run.error, HasSubstr("was in an earlier folder with the same data"));
 }
 
+// The sixth negative of a set is the empty belt: no frame of a part to tell rounds apart by.
+TEST(MergeCommand, TakesTheEmptyBeltsOfSeveralRounds) {
+  const TempFolder out;
+  for (const char* const seed : {"1", "2"}) {
+    const std::string set = out / (std::string("set") + seed);
+    ASSERT_EQ(run_command({"simulate", "--set-of", "carton", "--split", "tune", "--seed", seed,
+                           "--positives", "1", "--either", "0", "--negatives", "6", "--instances",
+                           "1", "-o", set})
+                  .code,
+              0);
+    ASSERT_EQ(run_command({"evaluate", set + "/suite.toml", "--presets", "carton", "-o", out / seed,
+                           "--pictures", "0"})
+                  .code,
+              0);
+  }
+  const auto run = run_command({"merge", out / "1", out / "2", "-o", out / "merged"});
+  ASSERT_EQ(run.code, 0) << run.error;
+  EXPECT_THAT(run.out, HasSubstr("14 cases"));
+}
+
 }  // namespace
 }  // namespace grapnel
