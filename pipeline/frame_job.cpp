@@ -111,13 +111,16 @@ Status FrameJob::prepare(const DepthFrame& frame) noexcept {
   reports_.counts.target_points = static_cast<std::uint32_t>(kept.value());
   if (const Status status = watch_.enter(Stage::Outliers); !status.ok()) return status;
   s_.stages.outliers.apply(s_.work);
-  if (const Status status = watch_.enter(Stage::Median); !status.ok()) return status;
-  s_.stages.median.apply(s_.work);
   if (const Status status = watch_.enter(Stage::Background); !status.ok()) return status;
   double largest_m = 0.0;
   for (const ModelIndex& model : s_.models) largest_m = std::max(largest_m, model.diameter_m);
   Rng rng = rng_.split(1);
   s_.background = s_.stages.background.apply(s_.work, context_.background, largest_m, rng);
+  // The median only where something stands above the background, and about it.
+  if (const Status status = watch_.enter(Stage::Median); !status.ok()) return status;
+  s_.foreground.cover_labels(s_.work);
+  s_.stages.median.apply(s_.work, s_.foreground);
+  s_.stages.background.apply_again(s_.work, context_.background, s_.foreground, s_.background);
   return {};
 }
 

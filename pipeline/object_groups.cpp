@@ -30,18 +30,27 @@ void ObjectGroups::reserve(Arena& arena, const Limits& limits) {
                                         static_cast<std::size_t>(limits.max_height));
 }
 
-void ObjectGroups::find_neighbours(const WorkingDepth& work, int gap_px) noexcept {
+void ObjectGroups::find_neighbours(const WorkingDepth& work, const Components& components,
+                                   int gap_px) noexcept {
   std::fill(std::begin(beside_), std::end(beside_), 0U);
+  if (components.size() < 2) return;
+  Component all = components[0];
+  for (const Component& piece : components) {
+    all.left = std::min(all.left, piece.left);
+    all.top = std::min(all.top, piece.top);
+    all.right = std::max(all.right, piece.right);
+    all.bottom = std::max(all.bottom, piece.bottom);
+  }
   const auto note = [&](std::uint8_t a, std::uint8_t b) {
     if (a == b || !is_component(b)) return;
     beside_[a - 1] |= 1U << (b - 1);
     beside_[b - 1] |= 1U << (a - 1);
   };
   for (int gap = 1; gap <= gap_px; gap *= 2) {
-    for (int v = 0; v < work.label.height; ++v) {
+    for (int v = all.top; v < all.bottom; ++v) {
       const std::uint8_t* row = work.label.row(v);
       const std::uint8_t* below = v + gap < work.label.height ? work.label.row(v + gap) : row;
-      for (int u = 0; u < work.label.width; ++u) {
+      for (int u = all.left; u < all.right; ++u) {
         if (u + gap + 8 <= work.label.width) {
           // Eight at a time: nothing there, or nothing but one object as far as the gap.
           const std::uint64_t here = eight_labels(row + u);
@@ -115,7 +124,8 @@ void ObjectGroups::find(const WorkingDepth& work, const Components& components,
   }
   if (components.empty()) return;
   const double pixels_per_m = work.intrinsics.fx / components[0].mean_depth_m;
-  find_neighbours(work, std::max(4, static_cast<int>(kGap * bounds.diameter_m * pixels_per_m)));
+  find_neighbours(work, components,
+                  std::max(4, static_cast<int>(kGap * bounds.diameter_m * pixels_per_m)));
   std::uint32_t taken = 0;
   for (std::size_t i = 0; i < components.size(); ++i) {
     if ((taken >> i & 1U) != 0) continue;

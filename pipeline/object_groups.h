@@ -47,7 +47,7 @@ class ObjectGroups {
   void select(const ObjectGroup& group, WorkingDepth& work) noexcept;
 
  private:
-  void find_neighbours(const WorkingDepth& work, int gap_px) noexcept;
+  void find_neighbours(const WorkingDepth& work, const Components& components, int gap_px) noexcept;
   [[nodiscard]] ObjectGroup join(const Components& components, std::uint32_t members,
                                  const WorkingDepth& work) const noexcept;
   [[nodiscard]] double radius_m(const WorkingDepth& work, const ObjectGroup& group) const noexcept;

@@ -93,6 +93,7 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   part("frame");
   stages.outliers.reserve(arena, limits);
   stages.median.reserve(arena, limits);
+  foreground.reserve(arena, limits);
   stages.background.reserve(arena, limits);
   stages.segment.reserve(arena, limits);
   groups.reserve(arena, limits);

@@ -75,6 +75,7 @@ struct RegistrarState {
   std::span<std::uint16_t> depth_of_cloud;  ///< an organised cloud as a depth image
   Components components;
   ObjectGroups groups;
+  RowBands foreground;  ///< where something may stand above the background
   BackgroundReport background;
   ThinnedDepth thinned;
   EdgeMap edges;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 
 #include "pipeline/kernels/label_rows.h"
@@ -32,11 +33,30 @@ FieldTable background_fields() noexcept {
 
 namespace {
 
+/// Of a row whose labels are kNoLabel and kForeground, eight bytes at a time.
+std::size_t labelled_of_row(const std::uint8_t* row, std::size_t width) noexcept {
+  static_assert(kNoLabel == 0 && kForeground == 0xff);
+  constexpr std::uint64_t kOnes = 0x0101010101010101;
+  constexpr std::size_t kMost = 255;  // that a byte can count
+  std::size_t count = 0;
+  std::size_t u = 0;
+  while (u + 8 <= width) {
+    std::uint64_t sums = 0;
+    for (std::size_t k = 0; k < kMost && u + 8 <= width; ++k, u += 8) {
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, row + u, sizeof eight);
+      sums += eight & kOnes;
+    }
+    for (; sums != 0; sums >>= 8) count += sums & 0xff;
+  }
+  for (; u < width; ++u) count += row[u] & 1U;
+  return count;
+}
+
 std::size_t labelled(const WorkingDepth& work) noexcept {
   std::size_t count = 0;
   for (int v = 0; v < work.label.height; ++v) {
-    const std::uint8_t* row = work.label.row(v);
-    for (int u = 0; u < work.label.width; ++u) count += row[u] != kNoLabel ? 1U : 0U;
+    count += labelled_of_row(work.label.row(v), static_cast<std::size_t>(work.label.width));
   }
   return count;
 }
@@ -54,10 +74,13 @@ bool covers(const BeltBackground& belt, const WorkingDepth& work) noexcept {
 
 }  // namespace
 
-void BackgroundRemoval::reserve(Arena& arena, const Limits& /*limits*/) { search_.reserve(arena); }
+void BackgroundRemoval::reserve(Arena& arena, const Limits& limits) {
+  search_.reserve(arena);
+  all_.reserve(arena, limits);
+}
 
-void BackgroundRemoval::remove_image(WorkingDepth& work,
-                                     const BeltBackground& belt) const noexcept {
+void BackgroundRemoval::remove_image(WorkingDepth& work, const BeltBackground& belt,
+                                     const RowBands& bands) const noexcept {
   const auto unit = static_cast<float>(work.metres_per_unit);
   const auto noise = static_cast<float>(params_.sigmas * params_.sigma_1m_m);
   const auto height = static_cast<float>(params_.min_height_m);
@@ -67,7 +90,8 @@ void BackgroundRemoval::remove_image(WorkingDepth& work,
     const std::uint16_t* empty = belt.depth.row(work.top + v) + work.left;
     const std::uint16_t* depth = work.depth.row(v);
     std::uint8_t* label = work.label.row(v);
-    for (int u = 0; u < work.depth.width; ++u) {
+    const RowBands::Columns columns = bands.at(v);
+    for (int u = columns.begin; u < columns.end; ++u) {
       const float belt_m = static_cast<float>(empty[u]) * unit;
       const float depth_m = static_cast<float>(depth[u]) * unit;
       const float needed = std::max(noise * belt_m * belt_m, std::max(height, ratio * belt_m));
@@ -78,7 +102,8 @@ void BackgroundRemoval::remove_image(WorkingDepth& work,
   }
 }
 
-void BackgroundRemoval::remove_plane(WorkingDepth& work, const DepthPlane& plane) const noexcept {
+void BackgroundRemoval::remove_plane(WorkingDepth& work, const DepthPlane& plane,
+                                     const RowBands& bands) const noexcept {
   kernels::PlaneRow row;
   row.metres_per_unit = static_cast<float>(work.metres_per_unit);
   row.a = static_cast<float>(plane.a);
@@ -88,15 +113,18 @@ void BackgroundRemoval::remove_plane(WorkingDepth& work, const DepthPlane& plane
   law.height_m = static_cast<float>(params_.min_height_m);
   law.ratio = params_.min_height_m > 0.0 ? 0.0F : static_cast<float>(params_.min_height_ratio);
   for (int v = 0; v < work.depth.height; ++v) {
-    row.start = static_cast<float>(plane.b * v + plane.c);
-    kernels::keep_above_plane(work.depth.row(v), static_cast<std::size_t>(work.depth.width), row,
-                              law, work.label.row(v));
+    const RowBands::Columns columns = bands.at(v);
+    row.start = static_cast<float>(plane.a * columns.begin + plane.b * v + plane.c);
+    kernels::keep_above_plane(work.depth.row(v) + columns.begin,
+                              static_cast<std::size_t>(columns.width()), row, law,
+                              work.label.row(v) + columns.begin);
   }
 }
 
 BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackground& belt,
                                           double min_extent_m, Rng& rng) noexcept {
   BackgroundReport report;
+  all_.cover(work);
   const std::size_t before = labelled(work);
   BackgroundMethod method = params_.method;
   if (method == BackgroundMethod::Auto) {
@@ -105,7 +133,7 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
                                 : BackgroundMethod::Dominant;
   }
   if (method == BackgroundMethod::Image && covers(belt, work)) {
-    remove_image(work, belt);
+    remove_image(work, belt, all_);
     if (belt.has_plane) {
       report.planes[report.plane_count++] =
           depth_plane(belt.plane_normal, belt.plane_offset_m, work.intrinsics);
@@ -114,7 +142,7 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
   } else if (method == BackgroundMethod::Plane && belt.has_plane) {
     report.planes[report.plane_count++] =
         depth_plane(belt.plane_normal, belt.plane_offset_m, work.intrinsics);
-    remove_plane(work, report.planes[0]);
+    remove_plane(work, report.planes[0], all_);
     report.used = method;
   } else if (method == BackgroundMethod::Dominant) {
     const auto wanted = static_cast<std::size_t>(params_.max_planes);
@@ -124,7 +152,7 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
            search_.find(work, share_left, min_extent_m, rng, plane)) {
       if (report.plane_count > 0 && lies_upon(plane, report.planes[0])) break;
       report.planes[report.plane_count++] = plane;
-      remove_plane(work, plane);
+      remove_plane(work, plane, all_);
       share_left = static_cast<double>(labelled(work)) / static_cast<double>(before);
       report.used = method;
     }
@@ -132,6 +160,30 @@ BackgroundReport BackgroundRemoval::apply(WorkingDepth& work, const BeltBackgrou
   report.foreground = labelled(work);
   report.removed = before - report.foreground;
   return report;
+}
+
+void BackgroundRemoval::apply_again(WorkingDepth& work, const BeltBackground& belt,
+                                    const RowBands& bands,
+                                    BackgroundReport& report) const noexcept {
+  if (report.used == BackgroundMethod::Off) return;
+  for (int v = 0; v < work.depth.height; ++v) {
+    const RowBands::Columns columns = bands.at(v);
+    const std::uint16_t* depth = work.depth.row(v);
+    std::uint8_t* label = work.label.row(v);
+    for (int u = columns.begin; u < columns.end; ++u) {
+      label[u] = depth[u] != 0 ? kForeground : kNoLabel;
+    }
+  }
+  if (report.used == BackgroundMethod::Image) {
+    remove_image(work, belt, bands);
+  } else {
+    for (std::size_t i = 0; i < report.plane_count; ++i) {
+      remove_plane(work, report.planes[i], bands);
+    }
+  }
+  const std::size_t before = report.foreground + report.removed;
+  report.foreground = labelled(work);
+  report.removed = before - report.foreground;
 }
 
 }  // namespace grapnel

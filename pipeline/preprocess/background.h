@@ -10,6 +10,7 @@
 #include "pipeline/belt_background.h"
 #include "pipeline/limits.h"
 #include "pipeline/preprocess/plane_search.h"
+#include "pipeline/preprocess/row_bands.h"
 #include "pipeline/preprocess/working_depth.h"
 
 namespace grapnel {
@@ -52,12 +53,20 @@ class BackgroundRemoval {
   BackgroundReport apply(WorkingDepth& work, const BeltBackground& belt, double min_extent_m,
                          Rng& rng) noexcept;
 
+  /// Labels the pixels of the bands anew, by what `report` took for background: their readings have
+  /// changed since. Brings its counts up to date.
+  void apply_again(WorkingDepth& work, const BeltBackground& belt, const RowBands& bands,
+                   BackgroundReport& report) const noexcept;
+
  private:
-  void remove_image(WorkingDepth& work, const BeltBackground& belt) const noexcept;
-  void remove_plane(WorkingDepth& work, const DepthPlane& plane) const noexcept;
+  void remove_image(WorkingDepth& work, const BeltBackground& belt,
+                    const RowBands& bands) const noexcept;
+  void remove_plane(WorkingDepth& work, const DepthPlane& plane,
+                    const RowBands& bands) const noexcept;
 
   BackgroundParams params_;
   PlaneSearch search_;
+  RowBands all_;
 };
 
 }  // namespace grapnel

@@ -6,6 +6,7 @@
 #include "base/field.h"
 #include "pipeline/limits.h"
 #include "pipeline/preprocess/padded_depth.h"
+#include "pipeline/preprocess/row_bands.h"
 #include "pipeline/preprocess/working_depth.h"
 
 namespace grapnel {
@@ -26,10 +27,13 @@ class DepthMedian {
 
   void reserve(Arena& arena, const Limits& limits);
   void apply(WorkingDepth& work) noexcept;
+  /// The same for the pixels of the bands alone; the others keep their readings.
+  void apply(WorkingDepth& work, const RowBands& bands) noexcept;
 
  private:
   DepthMedianParams params_;
   PaddedDepth padded_;
+  RowBands all_;
 };
 
 }  // namespace grapnel

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <numeric>
 
 namespace grapnel {
@@ -23,6 +24,13 @@ namespace {
 /// Eight pixels a run on average: what is more broken up is noise.
 constexpr std::size_t kPixelsPerRun = 8;
 
+bool none_of_eight(const std::uint8_t* labels) noexcept {
+  std::uint64_t eight = 0;
+  std::memcpy(&eight, labels, sizeof eight);
+  static_assert(kNoLabel == 0);
+  return eight == 0;
+}
+
 }  // namespace
 
 void Segmenter::reserve(Arena& arena, const Limits& limits) {
@@ -30,8 +38,7 @@ void Segmenter::reserve(Arena& arena, const Limits& limits) {
   const auto height = static_cast<std::size_t>(limits.max_height);
   const std::size_t runs = width * height / kPixelsPerRun;
   runs_ = arena.take<Run>(runs);
-  // A region of the allowed pixel count may have more rows than the frame.
-  row_begin_ = arena.take<std::int32_t>(width * height + 1);
+  row_begin_ = arena.take<std::int32_t>(kMostRows + 1);
   piece_of_root_ = arena.take<std::int32_t>(runs);
   pieces_ = arena.take<Component>(runs);
   order_ = arena.take<std::int32_t>(runs);
@@ -46,6 +53,10 @@ bool Segmenter::find_runs(const WorkingDepth& work, const DepthGap& gap) noexcep
     const std::uint16_t* depth = work.depth.row(v);
     int u = 0;
     while (u < work.label.width) {
+      if (u + 8 <= work.label.width && none_of_eight(label + u)) {
+        u += 8;
+        continue;
+      }
       if (label[u] == kNoLabel) {
         ++u;
         continue;

@@ -11,6 +11,9 @@
 
 namespace grapnel {
 
+/// A region of interest has no more rows, whatever its pixels.
+inline constexpr int kMostRows = 4096;
+
 /// Labels of WorkingDepth::label: components count from 1.
 inline constexpr std::uint8_t kNoLabel = 0;
 inline constexpr std::uint8_t kForeground = 255;
