@@ -33,11 +33,11 @@ constexpr std::size_t kMaxContour = 4096;
 // diameters.
 constexpr double kAttached = 0.05;
 
-PoseScore rating(const ModelIndex& model, const MeasuredObject& object,
+PoseScore rating(const ModelIndex& model, const MeasuredObject& object, const SightImage& sight,
                  double tolerance_m) noexcept {
   PoseScore::Model source{&model.samples, &model.coarse_table, &model.coarse, &model.field};
   PoseScore::Scene scene;
-  scene.view = object.view;
+  scene.sight = &sight;
   scene.samples = object.samples;
   return {source, scene, static_cast<float>(tolerance_m)};
 }
@@ -94,6 +94,7 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
   render_.reserve(arena, pixels, kMaxContour);
   ground_.reserve(arena, kMaxContour);
   rivals_.reserve(arena, pixels);
+  sight_.reserve(arena, pixels);
   const std::size_t glanced = pixels / (kGlanceStride * kGlanceStride);
   glance_depth_.reserve(arena, glanced);
   glance_edges_.reserve(arena, glanced);
@@ -107,7 +108,9 @@ void ObjectSearch::propose(ModelIndex& model, const MeasuredObject& object,
                            const Correspondences& correspondences, const Pose* initial,
                            Rng& rng) noexcept {
   proposed_.clear();
-  const PoseScore score = rating(model, object, params_.coarse_tolerance_ratio * model.diameter_m);
+  sight_.build(*object.view);
+  const PoseScore score =
+      rating(model, object, sight_, params_.coarse_tolerance_ratio * model.diameter_m);
   if (initial != nullptr) keep_best(proposed_, {*initial, score(*initial, SIZE_MAX)});
   model.templates.propose(object.middle, score, proposed_);
   const PairView pair{
@@ -128,7 +131,7 @@ void ObjectSearch::settle(const ModelIndex& model, const MeasuredObject& object)
   settled_.clear();
   const QuickTable table(model);
   const PoseScore score =
-      rating(model, object, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
+      rating(model, object, sight_, 0.5 * params_.coarse_tolerance_ratio * model.diameter_m);
   std::size_t starts = 0;
   for (std::size_t i = 0; i < proposed_.size(); ++i) {
     const Hypothesis hypothesis = proposed_[i];
@@ -191,22 +194,28 @@ bool ObjectSearch::refine(const ModelIndex& model, const MeasuredObject& object,
   return true;
 }
 
-Candidate ObjectSearch::look(const ModelIndex& model, const MeasuredObject& object,
-                             const Pose& pose, double floor_m) noexcept {
+Candidate ObjectSearch::first_look(const ModelIndex& model, const MeasuredObject& glanced,
+                                   const Pose& pose, double floor_m) noexcept {
   Candidate candidate;
   candidate.refined.target_from_source = pose;
-  render_.render(model.fine, pose, *object.view);
-  render_.find_contour(model.fine, pose, *object.view);
-  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *object.view,
-                                            *object.edges, floor_m);
+  render_.render(model.fine, pose, *glanced.view);
+  render_.find_contour(model.fine, pose, *glanced.view);
+  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *glanced.view,
+                                            *glanced.edges, kFirstLook * floor_m, false);
   candidate.worth = worth(candidate.evidence);
   return candidate;
 }
 
 void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& object,
                                const RefinedPose& refined, double floor_m) noexcept {
-  Candidate candidate = look(model, object, refined.target_from_source, floor_m);
+  Candidate candidate;
   candidate.refined = refined;
+  const Pose& pose = refined.target_from_source;
+  render_.render(model.fine, pose, *object.view);
+  render_.find_contour(model.fine, pose, *object.view);
+  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *object.view,
+                                            *object.edges, floor_m);
+  candidate.worth = worth(candidate.evidence);
   keep_candidate(model, candidate);
 }
 
@@ -240,9 +249,7 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
         (hypothesis.support < settled_[0].support - kHopeless || hypothesis.support < kUnlikely)) {
       break;
     }
-    RefinedPose start;
-    start.target_from_source = hypothesis.target_from_source;
-    verify_pose(model, glanced, start, kFirstLook * floor_m);
+    keep_candidate(model, first_look(model, glanced, hypothesis.target_from_source, floor_m));
   }
   best_first();
   // No pose meets even half of what it should: one is refined, for the report.
@@ -264,7 +271,7 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     best = candidates_[0].worth;
   }
   if (hopeless || candidates_.empty() || candidates_[0].worth < least_worth) return;
-  if (params_.siblings) try_siblings(model, object, floor_m);
+  if (params_.siblings) try_siblings(model, object, glanced, floor_m);
   test_rivals(model, object);
 }
 
@@ -302,15 +309,14 @@ bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject
 }
 
 void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& object,
-                                double floor_m) noexcept {
+                                const MeasuredObject& glanced, double floor_m) noexcept {
   const Pose best = candidates_[0].refined.target_from_source;
   const double best_worth = candidates_[0].worth;
   for (const Sibling& near : model.siblings) {
     const Pose sibling = best * near.motion;
     if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
-    if (look(model, object, sibling, kFirstLook * floor_m).worth < kAlternative * best_worth) {
-      continue;
-    }
+    const Candidate seen = first_look(model, glanced, sibling, floor_m);
+    if (seen.worth < kAlternative * best_worth) continue;
     RefinedPose refined;
     if (!refine(model, object, sibling, refined)) continue;
     verify_pose(model, object, refined, floor_m);

@@ -102,12 +102,14 @@ class ObjectSearch {
   /// Fine refinement; false when it lost its partners.
   bool refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
               RefinedPose& refined) noexcept;
-  [[nodiscard]] Candidate look(const ModelIndex& model, const MeasuredObject& object,
-                               const Pose& pose, double floor_m) noexcept;
+  /// A first look at a pose that is not fine yet: at a wide tolerance, for its worth alone.
+  [[nodiscard]] Candidate first_look(const ModelIndex& model, const MeasuredObject& glanced,
+                                     const Pose& pose, double floor_m) noexcept;
   void verify_pose(const ModelIndex& model, const MeasuredObject& object,
                    const RefinedPose& refined, double floor_m) noexcept;
   /// The best pose's siblings: a nearly symmetric part must be called ambiguous, not wrong.
-  void try_siblings(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  void try_siblings(const ModelIndex& model, const MeasuredObject& object,
+                    const MeasuredObject& glanced, double floor_m) noexcept;
   /// Compares the best with its near rivals where they differ; a rival that fits better there
   /// takes its place.
   void test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept;
@@ -126,6 +128,7 @@ class ObjectSearch {
   ModelRender render_;
   RivalTest rivals_;
   GroundSearch ground_;
+  SightImage sight_;  ///< of what propose() looked at
   ThinnedDepth glance_depth_;
   EdgeMap glance_edges_;
   DepthView glance_view_;

@@ -60,25 +60,10 @@ void SampleSet::draw(const Surface& surface, Rng rng) noexcept {
 }
 
 double PoseScore::seen_share(const Pose& pose, std::size_t max_samples) const noexcept {
-  const DepthView& view = *scene_.view;
-  kernels::DepthPixels pixels;
-  pixels.depth = view.depth.row(0);
-  pixels.depth_stride = static_cast<std::size_t>(view.depth.stride);
-  if (!view.label.empty()) {
-    pixels.label = view.label.row(0);
-    pixels.label_stride = static_cast<std::size_t>(view.label.stride);
-  }
-  pixels.width = view.depth.width;
-  pixels.height = view.depth.height;
-  pixels.metres_per_unit = view.metres_per_unit;
-  pixels.fx = static_cast<float>(view.intrinsics.fx);
-  pixels.fy = static_cast<float>(view.intrinsics.fy);
-  pixels.cx = static_cast<float>(view.intrinsics.cx) + 0.5F;
-  pixels.cy = static_cast<float>(view.intrinsics.cy) + 0.5F;
   const kernels::SightLaw law{tolerance_m_, kCosFacing, kNoReading, kHidden, kSeenThrough};
   const kernels::Sight sight =
       kernels::rate_sight(planes_of(*model_.samples), std::min(max_samples, model_.samples->size),
-                          kernels::motion_of(pose), pixels, law);
+                          kernels::motion_of(pose), scene_.sight->pixels(), law);
   return sight.facing > 0.0F ? static_cast<double>(sight.worth / sight.facing) : -1.0;
 }
 
@@ -128,15 +113,15 @@ double PoseScore::glance(const Pose& target_from_source, std::size_t max_samples
                                ? near_share(target_from_source, max_samples)
                                : explained_share(target_from_source, max_samples);
   if (explained + 1.0 <= at_least) return explained - 1.0;
-  return explained + (scene_.view != nullptr ? seen_share(target_from_source, max_samples)
-                                             : met_share(target_from_source, max_samples));
+  return explained + (scene_.sight != nullptr ? seen_share(target_from_source, max_samples)
+                                              : met_share(target_from_source, max_samples));
 }
 
 double PoseScore::operator()(const Pose& target_from_source,
                              std::size_t max_samples) const noexcept {
   return explained_share(target_from_source, max_samples) +
-         (scene_.view != nullptr ? seen_share(target_from_source, max_samples)
-                                 : met_share(target_from_source, max_samples));
+         (scene_.sight != nullptr ? seen_share(target_from_source, max_samples)
+                                  : met_share(target_from_source, max_samples));
 }
 
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include "base/arena.h"
 #include "base/rng.h"
 #include "pipeline/coarse/distance_field.h"
-#include "pipeline/judge/depth_view.h"
+#include "pipeline/coarse/sight_image.h"
 #include "pipeline/refine/closest_point_table.h"
 #include "pipeline/stage.h"
 #include "pipeline/surface.h"
@@ -35,7 +35,7 @@ struct SampleSet {
 class PoseScore {
  public:
   struct Scene {
-    const DepthView* view = nullptr;           ///< free space is tested where there is one
+    const SightImage* sight = nullptr;         ///< free space is tested where there is one
     const ClosestPointTable* table = nullptr;  ///< else the target's own surface
     const Surface* surface = nullptr;          ///< that the table indexes
     const SampleSet* samples = nullptr;

@@ -1,7 +1,7 @@
 #include "pipeline/judge/depth_view.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 
 #include "base/assert.h"
@@ -13,9 +13,10 @@ namespace {
 constexpr float kStepSigmas = 8.0F;
 constexpr float kSteepest = 6.0F;
 
-constexpr std::int32_t kNone = -1;
+constexpr std::size_t kWord = 64;     // pixels of a word of edges
+constexpr double kFarthest = 4096.0;  // px: no image is larger
 
-std::int32_t pack(int u, int v) noexcept { return v * 65536 + u; }
+constexpr std::size_t words_of(std::size_t pixels) noexcept { return (pixels + kWord - 1) / kWord; }
 
 // A shadow of the projector beside a part is at most this wide; beyond it the ground is seen again.
 constexpr int kShadow_px = 32;
@@ -114,90 +115,71 @@ void ThinnedDepth::thin(DepthView& view, int stride) noexcept {
 }
 
 void EdgeMap::reserve(Arena& arena, std::size_t max_pixels) {
-  site_ = arena.take<std::int32_t>(max_pixels);
+  bits_ = arena.take<Word>(words_of(max_pixels));
 }
 
 void EdgeMap::build(const DepthView& view) noexcept {
   box_ = view.box;
-  GRAPNEL_ASSERT(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()) <=
-                 site_.size());
-  std::size_t i = 0;
+  GRAPNEL_ASSERT(words_of(static_cast<std::size_t>(box_.width()) *
+                          static_cast<std::size_t>(box_.height())) <= bits_.size());
+  Word bits = 0;
+  std::size_t at = 0;
   for (int v = box_.v0; v < box_.v1; ++v) {
     for (int u = box_.u0; u < box_.u1; ++u) {
-      site_[i++] = is_edge(view, u, v) ? pack(u, v) : kNone;
+      bits |= static_cast<Word>(is_edge(view, u, v) ? 1U : 0U) << (at % kWord);
+      if (++at % kWord != 0) continue;
+      bits_[at / kWord - 1] = bits;
+      bits = 0;
     }
   }
-  propagate();
+  if (at % kWord != 0) bits_[at / kWord] = bits;
 }
 
-/// The nearest edge known to a pixel, while neighbours offer theirs.
-class EdgeMap::Offer {
- public:
-  Offer(std::int32_t own, int u, int v) noexcept : u_(u), v_(v), site_(own) {
-    if (own != kNone) square_ = square(own);
-  }
-  void consider(std::int32_t site) noexcept {
-    if (site == kNone || site == site_) return;
-    const int other = square(site);
-    if (site_ != kNone && other >= square_) return;
-    site_ = site;
-    square_ = other;
-  }
-  [[nodiscard]] std::int32_t site() const noexcept { return site_; }
-
- private:
-  [[nodiscard]] int square(std::int32_t site) const noexcept {
-    const int du = (site & 0xFFFF) - u_;
-    const int dv = (site >> 16) - v_;
-    return du * du + dv * dv;
-  }
-
-  int u_;
-  int v_;
-  std::int32_t site_;
-  int square_ = 0;
-};
-
-void EdgeMap::propagate() noexcept {
-  const int width = box_.width();
-  const int height = box_.height();
-  // One sweep down and one up, each with a pass back along the row.
-  const auto sweep = [&](int y, int from_y, int first, int last, int step) {
-    std::int32_t* row = site_.data() + static_cast<std::ptrdiff_t>(y) * width;
-    const std::int32_t* other = from_y >= 0 && from_y < height
-                                    ? site_.data() + static_cast<std::ptrdiff_t>(from_y) * width
-                                    : nullptr;
-    for (int x = first; x != last + step; x += step) {
-      Offer offer(row[x], x + box_.u0, y + box_.v0);
-      const int before = x - step;
-      const int after = x + step;
-      if (x != first) offer.consider(row[before]);
-      if (other != nullptr) {
-        if (x != first) offer.consider(other[before]);
-        offer.consider(other[x]);
-        if (x != last) offer.consider(other[after]);
-      }
-      row[x] = offer.site();
-    }
-    for (int x = last - step; x != first - step; x -= step) {
-      Offer offer(row[x], x + box_.u0, y + box_.v0);
-      offer.consider(row[x + step]);
-      row[x] = offer.site();
-    }
+void EdgeMap::look_along(int u, int v, int off, int& limit, Nearest& nearest) const noexcept {
+  if (v < box_.v0 || v >= box_.v1) return;
+  const auto width = static_cast<std::size_t>(box_.width());
+  const std::size_t begin = static_cast<std::size_t>(v - box_.v0) * width;
+  const std::size_t at = begin + static_cast<std::size_t>(u - box_.u0);
+  const auto room =
+      static_cast<std::size_t>(std::sqrt(static_cast<float>(std::max(0, limit - off * off)))) + 1;
+  const auto offer = [&](std::size_t edge) {
+    const int across = static_cast<int>(edge - begin) - (u - box_.u0);
+    const int square = off * off + across * across;
+    if (square > limit) return;
+    limit = square - 1;
+    nearest = {u + across, v, square, true};
   };
-  for (int y = 0; y < height; ++y) sweep(y, y - 1, 0, width - 1, 1);
-  for (int y = height - 1; y >= 0; --y) sweep(y, y + 1, width - 1, 0, -1);
+  // To the right, the pixel itself included, then to the left: the first bit is the nearest.
+  const std::size_t last = std::min(begin + width - 1, at + room);
+  std::size_t w = at / kWord;
+  Word bits = bits_[w] >> (at % kWord) << (at % kWord);
+  while (bits == 0 && (w + 1) * kWord <= last) bits = bits_[++w];
+  if (bits != 0) {
+    const std::size_t edge = w * kWord + static_cast<std::size_t>(std::countr_zero(bits));
+    if (edge <= last) offer(edge);
+  }
+  const std::size_t first = at > begin + room ? at - room : begin;
+  w = at / kWord;
+  bits = bits_[w] << (kWord - 1 - at % kWord) >> (kWord - 1 - at % kWord);
+  while (bits == 0 && w * kWord > first) bits = bits_[--w];
+  if (bits != 0) {
+    const std::size_t edge =
+        w * kWord + kWord - 1 - static_cast<std::size_t>(std::countl_zero(bits));
+    if (edge >= first) offer(edge);
+  }
 }
 
-EdgeMap::Nearest EdgeMap::nearest(int u, int v) const noexcept {
-  if (!box_.contains(u, v)) return {};
-  const std::int32_t site =
-      site_[static_cast<std::size_t>(v - box_.v0) * static_cast<std::size_t>(box_.width()) +
-            static_cast<std::size_t>(u - box_.u0)];
-  if (site == kNone) return {};
-  const int eu = site & 0xFFFF;
-  const int ev = site >> 16;
-  return {eu, ev, (eu - u) * (eu - u) + (ev - v) * (ev - v), true};
+EdgeMap::Nearest EdgeMap::nearest(int u, int v, double reach) const noexcept {
+  Nearest nearest;
+  if (!box_.contains(u, v) || !(reach >= 0.0)) return nearest;
+  const double farthest = std::min(reach, kFarthest);
+  int limit = static_cast<int>(farthest * farthest);
+  look_along(u, v, 0, limit, nearest);
+  for (int off = 1; off * off <= limit; ++off) {
+    look_along(u, v - off, off, limit, nearest);
+    look_along(u, v + off, off, limit, nearest);
+  }
+  return nearest;
 }
 
 }  // namespace grapnel

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "base/arena.h"
@@ -60,6 +61,13 @@ struct DepthView {
   [[nodiscard]] bool background(int u, int v) const noexcept {
     return !label.empty() && label.at(u, v) == 0;
   }
+  /// It and the next seven of its row are; false where the row has no eight more.
+  [[nodiscard]] bool eight_background(int u, int v) const noexcept {
+    if (label.empty() || u + 8 > label.width) return false;
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, label.row(v) + u, sizeof eight);
+    return eight == 0;
+  }
   /// The pixel is of the object under test.
   [[nodiscard]] bool of_object(int u, int v) const noexcept {
     if (depth.at(u, v) == 0 || background(u, v)) return false;
@@ -100,7 +108,7 @@ class ThinnedDepth {
 /// The least step in depth that counts as an edge at a depth.
 [[nodiscard]] float edge_step_m(const DepthView& view, float z_m) noexcept;
 
-/// Depth edges of a view and, for every pixel of its box, the nearest of them.
+/// Depth edges of a view, one bit a pixel, and the nearest of them to a place.
 class EdgeMap {
  public:
   void reserve(Arena& arena, std::size_t max_pixels);
@@ -108,8 +116,7 @@ class EdgeMap {
   /// A pixel is an edge when it belongs to the foreground and the next reading on one of its four
   /// sides is background, or lies behind it by more than the noise and a steep surface explain. A
   /// gap without reading may lie between (the projector's shadow); where nothing is read beyond,
-  /// nothing is known and there is no edge. Nearest edges by the vector propagation of Danielsson
-  /// 1980. O(pixels of the box).
+  /// nothing is known and there is no edge. O(pixels of the box).
   void build(const DepthView& view) noexcept;
 
   struct Nearest {
@@ -118,15 +125,18 @@ class EdgeMap {
     int square = 0;  ///< distance², px²
     bool found = false;
   };
-  [[nodiscard]] Nearest nearest(int u, int v) const noexcept;
+  /// The nearest edge within `reach` pixels; of equally near ones the same on every call. Nothing
+  /// is found for a pixel outside of the box. O(reach).
+  [[nodiscard]] Nearest nearest(int u, int v, double reach) const noexcept;
 
  private:
-  class Offer;
+  using Word = std::uint64_t;
 
-  void propagate() noexcept;
+  /// Offers `nearest` the nearest edges of row `v`, at most `limit` px² from (u, v - off).
+  void look_along(int u, int v, int off, int& limit, Nearest& nearest) const noexcept;
 
   PixelBox box_;
-  std::span<std::int32_t> site_;  // packed v * 65536 + u of the nearest edge, -1 = none yet
+  std::span<Word> bits_;  // of the box, row after row without a gap
 };
 
 }  // namespace grapnel

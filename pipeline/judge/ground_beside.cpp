@@ -81,8 +81,7 @@ void GroundSearch::collect(const Surface& model, const Pose& camera_from_model,
     const float measured = view.z_m(u, v);
     if (measured > 0.0F && measured < z - edge_step_m(view, z)) continue;
     if (!look_beside(render, view, point, place)) continue;
-    const EdgeMap::Nearest edge = edges.nearest(u, v);
-    place.met = edge.found && edge.square <= reach * reach;
+    place.met = edges.nearest(u, v, reach).found;
     place.out_u = point.out_u;
     place.out_v = point.out_v;
     places_[size_++] = place;

@@ -13,8 +13,6 @@ namespace {
 // Surface seen flatter than 80 degrees is beyond what the sensor reads.
 constexpr float kCosGrazing = 0.17F;
 constexpr float kMaxDiscPixels = 12.0F;
-// A pixel's outward direction comes from what is open this far around it.
-constexpr int kAround_px = 3;
 // Pixels of a row that are looked through at once.
 constexpr int kStretch_px = 256;
 // Points whose discs are drawn at once.
@@ -62,17 +60,17 @@ void ModelRender::render(const Surface& model, const Pose& camera_from_model,
     kernels::draw_discs(discs_.data(), discs, image);
   }
   marked_ = {bounds.u0, bounds.v0, bounds.u1, bounds.v1};
-  finish();
   if (marked_.u1 <= marked_.u0) marked_ = {box_.u0, box_.v0, box_.u0, box_.v0};
+  finish();
 }
 
 void ModelRender::finish() noexcept {
+  float largest = 0.0F;
   for (int v = marked_.v0; v < marked_.v1; ++v) {
-    std::size_t k = index(marked_.u0, v);
-    for (int u = marked_.u0; u < marked_.u1; ++u, ++k) {
-      z_[k] = z_[k] > 0.0F ? 1.0F / z_[k] : 0.0F;
-    }
+    largest = std::max(largest, kernels::invert_row(z_.data() + index(marked_.u0, v),
+                                                    static_cast<std::size_t>(marked_.width())));
   }
+  nearest_m_ = largest > 0.0F ? 1.0F / largest : 0.0F;
 }
 
 void ModelRender::find_contour(const Surface& model, const Pose& camera_from_model,
@@ -89,19 +87,27 @@ void ModelRender::find_contour(const Surface& model, const Pose& camera_from_mod
   const int u_end = std::min(marked_.u1, box_.u1 - 1);
   const int v_end = std::min(marked_.v1, box_.v1 - 1);
   std::array<std::int32_t, kStretch_px + kernels::kOutlinePad> found;
+  std::array<float, kStretch_px> out_u;
+  std::array<float, kStretch_px> out_v;
   for (int v = std::max(marked_.v0, box_.v0 + 1); v < v_end; ++v) {
     for (int first = u_begin; first < u_end; first += kStretch_px) {
       const int count = std::min(u_end - first, kStretch_px);
       const std::size_t outline =
           kernels::outline_pixels(z_.data() + index(first, v), box_.width(),
                                   static_cast<std::size_t>(count), law, found.data());
+      const bool whole_rows =
+          v - kernels::kOutwardReach >= box_.v0 && v + kernels::kOutwardReach < box_.v1;
+      if (whole_rows) {
+        kernels::outward_of(z_.data() + index(first, v), box_.width(), found.data(), outline, law,
+                            out_u.data(), out_v.data());
+      }
       for (std::size_t k = 0; k < outline; ++k) {
         const int u = first + found[k];
-        float out_u = 0.0F;
-        float out_v = 0.0F;
-        const float z = z_[index(u, v)];
-        look_around(u, v, z + law.slack_m + 8.0F * view.noise.sigma_m(z), out_u, out_v);
-        const float norm = std::sqrt(out_u * out_u + out_v * out_v);
+        if (!whole_rows || u - kernels::kOutwardReach < box_.u0 ||
+            u + kernels::kOutwardReach >= box_.u1) {
+          look_around(u, v, kernels::behind_m(law, z_[index(u, v)]), out_u[k], out_v[k]);
+        }
+        const float norm = std::sqrt(out_u[k] * out_u[k] + out_v[k] * out_v[k]);
         if (norm < 1e-3F) continue;
         const std::int32_t i = point_[index(u, v)];
         const Vec3f x = rotation * model.point(static_cast<std::size_t>(i)) + shift;
@@ -109,7 +115,7 @@ void ModelRender::find_contour(const Surface& model, const Pose& camera_from_mod
         const auto fy = static_cast<float>(intrinsics_.fy);
         const ContourPoint point{fx * x.x() / x.z() + static_cast<float>(intrinsics_.cx),
                                  fy * x.y() / x.z() + static_cast<float>(intrinsics_.cy),
-                                 out_u / norm, out_v / norm, i};
+                                 out_u[k] / norm, out_v[k] / norm, i};
         if (!contour_.push_back(point)) return;
       }
     }
@@ -131,18 +137,16 @@ bool ModelRender::at_step(int u, int v, int reach, float limit_m) const noexcept
 
 void ModelRender::look_around(int u, int v, float behind_m, float& out_u,
                               float& out_v) const noexcept {
-  const bool inside = box_.contains(u - kAround_px, v - kAround_px) &&
-                      box_.contains(u + kAround_px, v + kAround_px);
-  for (int dv = -kAround_px; dv <= kAround_px; ++dv) {
-    float open_pixels = 0.0F;
-    for (int du = -kAround_px; du <= kAround_px; ++du) {
-      const bool known = inside || box_.contains(u + du, v + dv);
-      const float z = known ? z_[index(u + du, v + dv)] : 0.0F;
-      const float open = z > 0.0F && z < behind_m ? 0.0F : 1.0F;
-      out_u += open * static_cast<float>(du);
-      open_pixels += open;
+  constexpr int kReach = kernels::kOutwardReach;
+  out_u = 0.0F;
+  out_v = 0.0F;
+  for (int dv = -kReach; dv <= kReach; ++dv) {
+    for (int du = -kReach; du <= kReach; ++du) {
+      const float z = box_.contains(u + du, v + dv) ? z_[index(u + du, v + dv)] : 0.0F;
+      if (z > 0.0F && z < behind_m) continue;
+      out_u += static_cast<float>(du);
+      out_v += static_cast<float>(dv);
     }
-    out_v += open_pixels * static_cast<float>(dv);
   }
 }
 

@@ -40,6 +40,14 @@ class ModelRender {
   void find_contour(const Surface& model, const Pose& camera_from_model,
                     const DepthView& view) noexcept;
 
+  /// Depth of the nearest predicted pixel, 0 = nothing is predicted.
+  [[nodiscard]] float nearest_m() const noexcept { return nearest_m_; }
+  [[nodiscard]] const PixelBox& box() const noexcept { return box_; }
+  /// A row's depths and points from column u on; kernels::kDiscPad more are readable behind.
+  [[nodiscard]] const float* depths(int u, int v) const noexcept { return &z_[index(u, v)]; }
+  [[nodiscard]] const std::int32_t* points(int u, int v) const noexcept {
+    return &point_[index(u, v)];
+  }
   /// Predicted depth, 0 = nothing. Precondition: the pixel lies in the box.
   [[nodiscard]] float z_m(int u, int v) const noexcept { return z_[index(u, v)]; }
   /// The model's point at a pixel; only where z_m() > 0.
@@ -56,13 +64,14 @@ class ModelRender {
   }
 
  private:
-  /// Sums the steps from a pixel to all around it that are free or behind.
+  /// As kernels::outward_of(), for a pixel at the box's rim: outside of it nothing is there.
   void look_around(int u, int v, float behind_m, float& out_u, float& out_v) const noexcept;
   /// Discs leave 1/z, where a plane is affine; turns it into z.
   void finish() noexcept;
 
   PixelBox box_;
   PixelBox marked_;
+  float nearest_m_ = 0.0F;
   Intrinsics intrinsics_;
   std::span<float> z_;
   std::span<std::int32_t> point_;

@@ -88,8 +88,7 @@ void add_outline(const ModelRender& render, const DepthView& view, const EdgeMap
   for (const ContourPoint& point : render.contour()) {
     const int u = static_cast<int>(std::floor(point.u + 0.5F));
     const int v = static_cast<int>(std::floor(point.v + 0.5F));
-    const EdgeMap::Nearest edge = edges.nearest(u, v);
-    if (!edge.found || edge.square > reach * reach) continue;
+    if (!edges.nearest(u, v, reach).found) continue;
     const Vec3d x = pose * model.point(static_cast<std::size_t>(point.point)).cast<double>();
     const double out_u = static_cast<double>(point.out_u) * view.intrinsics.fx / x.z();
     const double out_v = static_cast<double>(point.out_v) * view.intrinsics.fy / x.z();

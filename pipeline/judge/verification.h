@@ -8,6 +8,7 @@
 #include "pipeline/judge/depth_view.h"
 #include "pipeline/judge/left_over.h"
 #include "pipeline/judge/model_render.h"
+#include "pipeline/kernels/compare_row.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {
@@ -49,10 +50,10 @@ class Verification {
   /// `render` holds the model at the pose, contour included; `edges` belongs to `view`. A pixel
   /// matches when the measured point lies within max(3 sigma, floor) of the model's tangent plane
   /// and, where the model is flat over the measured normals' neighbourhood, the normals agree.
-  /// O(pixels of the model).
+  /// Without `whole` only what worth() asks is found. O(pixels of the model).
   Evidence verify(const Surface& model, std::span<const std::uint8_t> flat,
                   const Pose& camera_from_model, const ModelRender& render, const DepthView& view,
-                  const EdgeMap& edges, double floor_m) noexcept;
+                  const EdgeMap& edges, double floor_m, bool whole = true) noexcept;
 
   /// Largest connected piece that a pose leaves over, squared metres; `render` as for verify().
   /// O(pixels of the view's box).
@@ -75,8 +76,21 @@ class Verification {
   };
 
   struct Sums;
-  Kind classify(const Surface& model, const ModelRender& render, const DepthView& view, int u,
-                int v, double floor_m, Sums& sums) noexcept;
+  struct Stretch;
+  /// Whether the prediction ends or has a step there is asked this far around, pixels of the view.
+  [[nodiscard]] static int rim_of(const Surface& model, const ModelRender& render,
+                                  const DepthView& view) noexcept;
+  /// Compares `count` pixels of a row with the measurement.
+  void compare(const Surface& model, const ModelRender& render, const DepthView& view, int u, int v,
+               int count, Stretch& stretch) const noexcept;
+  /// Pixels from which the rim reaches out of the box: there the prediction ends.
+  void cut_off(const ModelRender& render, int u, int v, int count, Stretch& stretch) const noexcept;
+  /// Kinds of that stretch's pixels, and what they add to the sums.
+  void classify(const ModelRender& render, const DepthView& view, int u, int v, int count,
+                const Stretch& stretch, Sums& sums) noexcept;
+  /// The working surface's normal at a pixel speaks against a match.
+  [[nodiscard]] bool faces_elsewhere(const DepthView& view, std::int32_t working,
+                                     const Stretch& stretch, std::size_t k) const noexcept;
   /// Whether a reading on the rim is that of some prediction within the rim's reach.
   [[nodiscard]] bool explained_at_rim(const ModelRender& render, const DepthView& view, int u,
                                       int v, int rim, float limit_m) const noexcept;
@@ -87,14 +101,16 @@ class Verification {
   /// Largest connected piece that is somewhere broader than mixed pixels make it.
   double broad_piece_m2(Kind of, const PixelBox& box, const ModelRender& render,
                         const DepthView& view) noexcept;
+  /// Column of the working grid of every column of the box, -1 = none, into stack_.
+  void working_columns(const DepthView& view, const PixelBox& box) noexcept;
   void outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
                Evidence& evidence) const noexcept;
 
-  Eigen::Matrix3f rotation_ = Eigen::Matrix3f::Identity();
-  Vec3f shift_ = Vec3f::Zero();
+  kernels::Motion motion_;
+  kernels::CompareLaw law_;
   std::span<const std::uint8_t> flat_;
   std::span<Kind> kind_;
-  std::span<std::int32_t> stack_;
+  std::span<std::int32_t> stack_;  ///< before pieces are looked for: see working_columns()
   std::span<std::uint8_t> confirmed_;
 };
 

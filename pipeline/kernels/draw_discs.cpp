@@ -44,6 +44,22 @@ void DrawDiscs(const Disc* discs, std::size_t count, const DiscImage& image) {
   }
 }
 
+float InvertRow(float* row, std::size_t count) {
+  const hn::CappedTag<float, kDiscPad> d;
+  const auto zero = hn::Zero(d);
+  const auto one = hn::Set(d, 1.0F);
+  auto largest = zero;
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const auto value = hn::LoadU(d, row + i);
+    const auto mine = hn::FirstN(d, count - i);
+    const auto there = hn::Gt(value, zero);
+    const auto inverse = hn::IfThenElseZero(there, hn::Div(one, value));
+    largest = hn::Max(largest, hn::IfThenElseZero(mine, value));
+    hn::StoreU(hn::IfThenElse(mine, inverse, value), d, row + i);
+  }
+  return hn::GetLane(hn::MaxOfLanes(d, largest));
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kernels
 }  // namespace grapnel
@@ -53,12 +69,26 @@ HWY_AFTER_NAMESPACE();
 namespace grapnel::kernels {
 
 HWY_EXPORT(DrawDiscs);
+HWY_EXPORT(InvertRow);
+
+float invert_row(float* row, std::size_t count) noexcept {
+  return HWY_DYNAMIC_DISPATCH(InvertRow)(row, count);
+}
 
 void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept {
   HWY_DYNAMIC_DISPATCH(DrawDiscs)(discs, count, image);
 }
 
 namespace reference {
+
+float invert_row(float* row, std::size_t count) noexcept {
+  float largest = 0.0F;
+  for (std::size_t i = 0; i < count; ++i) {
+    largest = std::max(largest, row[i]);
+    row[i] = row[i] > 0.0F ? 1.0F / row[i] : 0.0F;
+  }
+  return largest;
+}
 
 void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept {
   for (std::size_t i = 0; i < count; ++i) {

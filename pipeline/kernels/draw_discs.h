@@ -29,7 +29,12 @@ inline constexpr std::size_t kDiscPad = 8;
 /// Draws discs in their order; a pixel keeps the nearest, of equal ones the first.
 void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept;
 
+/// Turns `count` inverse depths into depths, 0 stays 0; returns the largest of them before. The row
+/// holds kDiscPad elements more, which stay as they are.
+float invert_row(float* row, std::size_t count) noexcept;
+
 namespace reference {
+float invert_row(float* row, std::size_t count) noexcept;
 void draw_discs(const Disc* discs, std::size_t count, const DiscImage& image) noexcept;
 }  // namespace reference
 

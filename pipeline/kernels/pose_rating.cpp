@@ -35,16 +35,15 @@ HWY_INLINE hn::Mask<Floats> There(std::size_t i, std::size_t count) {
 }
 
 struct SightStretch {
-  alignas(64) float cosine[kStretch];     // 0: does not face the camera
+  alignas(64) float cosine[kStretch];     // to the ray; 0: does not face the camera
   alignas(64) float predicted[kStretch];  // z
-  alignas(64) float measured[kStretch];   // 0 = none, negative: of the background
-  alignas(64) std::int32_t u[kStretch];   // 0 outside of the image
-  alignas(64) std::int32_t v[kStretch];
-  alignas(64) float inside[kStretch];  // 1 or 0
+  alignas(64) float measured[kStretch];   // signed
+  alignas(64) std::int32_t at[kStretch];  // pixel; 0 outside of the image
+  alignas(64) float inside[kStretch];     // 1 or 0
 };
 
 HWY_INLINE void Project(const OrientedPlanes& samples, std::size_t first, std::size_t end,
-                        std::size_t count, const MotionVectors& m, const DepthPixels& pixels,
+                        std::size_t count, const MotionVectors& m, const SignedDepth& pixels,
                         const SightLaw& law, SightStretch& out) {
   const Floats d;
   const Ints di;
@@ -60,32 +59,19 @@ HWY_INLINE void Project(const OrientedPlanes& samples, std::size_t first, std::s
     const auto front = hn::And(hn::Gt(toward, zero), hn::Gt(p.z, zero));
     const auto steep = hn::Ge(hn::Mul(toward, toward), hn::Mul(least, range_square));
     const auto faces = hn::And(hn::And(front, steep), There(i, count));
-    const VF cosine = hn::IfThenElseZero(faces, hn::Div(toward, hn::Sqrt(range_square)));
     const VF u = hn::Add(hn::Div(hn::Mul(hn::Set(d, pixels.fx), p.x), p.z), hn::Set(d, pixels.cx));
     const VF v = hn::Add(hn::Div(hn::Mul(hn::Set(d, pixels.fy), p.y), p.z), hn::Set(d, pixels.cy));
     const auto low = hn::And(hn::Ge(u, zero), hn::Ge(v, zero));
     const auto high = hn::And(hn::Lt(u, width), hn::Lt(v, height));
     const auto inside = hn::And(hn::And(low, high), faces);
-    const VI pixel_u = hn::ConvertTo(di, hn::IfThenElseZero(inside, u));
-    const VI pixel_v = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
-    hn::Store(cosine, d, out.cosine + i - first);
+    // Masked before the conversion: what doesn't fit an int has no defined value.
+    const VI column = hn::ConvertTo(di, hn::IfThenElseZero(inside, u));
+    const VI row = hn::ConvertTo(di, hn::IfThenElseZero(inside, v));
+    hn::Store(hn::Add(hn::Mul(row, hn::Set(di, pixels.width)), column), di, out.at + i - first);
+    hn::Store(hn::IfThenElseZero(faces, hn::Div(toward, hn::Sqrt(range_square))), d,
+              out.cosine + i - first);
     hn::Store(p.z, d, out.predicted + i - first);
-    hn::Store(pixel_u, di, out.u + i - first);
-    hn::Store(pixel_v, di, out.v + i - first);
     hn::Store(hn::IfThenElseZero(inside, hn::Set(d, 1.0F)), d, out.inside + i - first);
-  }
-}
-
-/// Without a branch: what a sample meets can't be foreseen.
-HWY_INLINE void LookUp(const DepthPixels& pixels, std::size_t count, SightStretch& stretch) {
-  const float metres[2] = {pixels.metres_per_unit, -pixels.metres_per_unit};
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto u = static_cast<std::size_t>(stretch.u[k]);
-    const auto v = static_cast<std::size_t>(stretch.v[k]);
-    const std::size_t background =
-        pixels.label != nullptr && pixels.label[v * pixels.label_stride + u] == 0 ? 1 : 0;
-    stretch.measured[k] = stretch.inside[k] * metres[background] *
-                          static_cast<float>(pixels.depth[v * pixels.depth_stride + u]);
   }
 }
 
@@ -100,7 +86,7 @@ HWY_INLINE void Compare(const SightStretch& stretch, std::size_t count, const Si
   const VF seen_through = hn::Set(d, -law.seen_through);
   for (std::size_t k = 0; k < count; k += hn::Lanes(d)) {
     const VF cosine = hn::Load(d, stretch.cosine + k);
-    const VF signed_z = hn::Load(d, stretch.measured + k);
+    const VF signed_z = hn::Mul(hn::Load(d, stretch.measured + k), hn::Load(d, stretch.inside + k));
     // Of the measured point from the sample's tangent plane, positive behind it.
     const VF off = hn::Mul(hn::Sub(hn::Abs(signed_z), hn::Load(d, stretch.predicted + k)), cosine);
     const VF met =
@@ -116,7 +102,7 @@ HWY_INLINE void Compare(const SightStretch& stretch, std::size_t count, const Si
 }
 
 Sight RateSight(const OrientedPlanes& samples, std::size_t count, const Motion& motion,
-                const DepthPixels& pixels, const SightLaw& law) {
+                const SignedDepth& pixels, const SightLaw& law) {
   const MotionVectors m(motion);
   SightStretch stretch;
   alignas(64) float facing[kLanes] = {};
@@ -124,7 +110,7 @@ Sight RateSight(const OrientedPlanes& samples, std::size_t count, const Motion& 
   for (std::size_t first = 0; first < count; first += kStretch) {
     const std::size_t end = std::min(in_lanes(count), first + kStretch);
     Project(samples, first, end, count, m, pixels, law, stretch);
-    LookUp(pixels, end - first, stretch);
+    for (std::size_t k = 0; k < end - first; ++k) stretch.measured[k] = pixels.z[stretch.at[k]];
     Compare(stretch, end - first, law, facing, worth);
   }
   return {fold_lanes(facing), fold_lanes(worth)};
@@ -208,7 +194,7 @@ HWY_EXPORT(RateOnSurface);
 HWY_EXPORT(RateInField);
 
 Sight rate_sight(const OrientedPlanes& samples, std::size_t count, const Motion& motion,
-                 const DepthPixels& pixels, const SightLaw& law) noexcept {
+                 const SignedDepth& pixels, const SightLaw& law) noexcept {
   return HWY_DYNAMIC_DISPATCH(RateSight)(samples, count, motion, pixels, law);
 }
 

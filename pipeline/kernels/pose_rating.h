@@ -10,15 +10,11 @@ namespace grapnel::kernels {
 
 // Ratings of a pose by samples of a surface. All sample planes hold in_lanes(count) elements.
 
-/// Where samples are looked up: a depth image, cut out by its labels where there are any.
-struct DepthPixels {
-  const std::uint16_t* depth = nullptr;
-  std::size_t depth_stride = 0;
-  const std::uint8_t* label = nullptr;  ///< 0 = background; nullptr: all is foreground
-  std::size_t label_stride = 0;
+/// Where samples are looked up: a depth image without gaps between its rows.
+struct SignedDepth {
+  const float* z = nullptr;  ///< metres, 0 = no reading, negative: of the background
   std::int32_t width = 0;
   std::int32_t height = 0;
-  float metres_per_unit = 0.0F;
   float fx = 0.0F, fy = 0.0F;
   float cx = 0.0F, cy = 0.0F;  ///< of the principal point plus a half, so that pixels are floors
 };
@@ -36,7 +32,7 @@ struct Sight {
   float worth = 0.0F;   ///< Σ cosine × (1 - (off / tolerance)²) of those met, less the penalties
 };
 [[nodiscard]] Sight rate_sight(const OrientedPlanes& samples, std::size_t count,
-                               const Motion& motion, const DepthPixels& pixels,
+                               const Motion& motion, const SignedDepth& pixels,
                                const SightLaw& law) noexcept;
 
 /// Σ 1 - (distance / tolerance)² of the samples whose voxel names a point that is nearer than the

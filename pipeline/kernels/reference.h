@@ -64,7 +64,7 @@ void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const
                      PointSums& sums) noexcept;
 
 [[nodiscard]] Sight rate_sight(const OrientedPlanes& samples, std::size_t count,
-                               const Motion& motion, const DepthPixels& pixels,
+                               const Motion& motion, const SignedDepth& pixels,
                                const SightLaw& law) noexcept;
 
 [[nodiscard]] float rate_on_surface(const OrientedPlanes& samples, std::size_t count,

@@ -151,7 +151,7 @@ void add_point_pairs(const PointBlock& block, const OrientedPlanes& fixed, const
 }
 
 Sight rate_sight(const OrientedPlanes& samples, std::size_t count, const Motion& motion,
-                 const DepthPixels& pixels, const SightLaw& law) noexcept {
+                 const SignedDepth& pixels, const SightLaw& law) noexcept {
   float facing[kLanes] = {};
   float worth[kLanes] = {};
   for (std::size_t i = 0; i < count; ++i) {
@@ -169,16 +169,14 @@ Sight rate_sight(const OrientedPlanes& samples, std::size_t count, const Motion&
         v < static_cast<float>(pixels.height)) {
       const auto column = static_cast<std::size_t>(u);
       const auto row = static_cast<std::size_t>(v);
-      const float z = pixels.metres_per_unit *
-                      static_cast<float>(pixels.depth[row * pixels.depth_stride + column]);
-      const bool foreground =
-          pixels.label == nullptr || pixels.label[row * pixels.label_stride + column] != 0;
+      const float measured = pixels.z[row * static_cast<std::size_t>(pixels.width) + column];
+      const float z = std::fabs(measured);
       const float off = (z - p.z) * cosine;
       if (z > 0.0F) {
         each = off > 0.0F ? -law.seen_through : -law.hidden;
         if (std::fabs(off) < law.tolerance_m) {
-          each =
-              foreground ? 1.0F - off * off * (1.0F / (law.tolerance_m * law.tolerance_m)) : 0.0F;
+          each = measured > 0.0F ? 1.0F - off * off * (1.0F / (law.tolerance_m * law.tolerance_m))
+                                 : 0.0F;
         }
       }
     }

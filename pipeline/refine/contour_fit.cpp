@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_blocks.h"
 #include "pipeline/refine/point_step.h"
 
 namespace grapnel {
@@ -13,9 +15,12 @@ namespace {
 constexpr std::uint32_t kFewestPartners = 12;
 constexpr float kCosNormal = 0.6F;
 constexpr double kFreezeRatio = 1e-4;
+// A motion by less leaves the outline on the same points of the model, pixels of the view.
+constexpr double kSamePicture_px = 0.5;
 
 struct Sums {
   NormalEquations equations;
+  Vec3d centre;  ///< of the equations, in the model's frame
   double square_m2 = 0.0;
   std::uint32_t partners = 0;
 };
@@ -25,26 +30,26 @@ double redescend(double residual, double scale) noexcept {
   return root * root;
 }
 
+/// Adds the surface: measured points, carried into the model's frame, on the tangent planes of
+/// their closest points. The lever is the measured point's: where the model should come to lie.
 void add_surface(const Surface& object, const Surface& model, const ClosestPointTable& table,
-                 const Pose& pose, std::size_t step, float reach_m, double scale_m,
-                 Sums& sums) noexcept {
-  const Eigen::Matrix3f rotation = pose.linear().cast<float>();
-  const Vec3f shift = pose.translation().cast<float>();
-  for (std::size_t i = 0; i < object.size; i += step) {
-    const Vec3f q = object.point(i);
-    const std::int32_t found = table.closest(rotation.transpose() * (q - shift), reach_m);
-    if (found < 0) continue;
-    const auto partner = static_cast<std::size_t>(found);
-    const Vec3f normal = rotation * model.normal(partner);
-    if (object.has_normal(i) && normal.dot(object.normal(i)) < kCosNormal) continue;
-    const Vec3d x = (rotation * model.point(partner) + shift).cast<double>();
-    const double residual = normal.cast<double>().dot(x - q.cast<double>());
-    // The measured point is where the model should come to lie; the lever is that of the point.
-    sums.equations.add(normal.cast<double>(), q.cast<double>(), residual,
-                       redescend(residual, scale_m));
-    sums.square_m2 += residual * residual;
-    ++sums.partners;
+                 const Pose& pose, std::size_t step, kernels::PairGate gate, Sums& sums) noexcept {
+  const kernels::Motion inward = kernels::motion_of(pose.inverse());
+  const kernels::OrientedPlanes surface{model.x.data(),  model.y.data(),  model.z.data(),
+                                        model.nx.data(), model.ny.data(), model.nz.data()};
+  NormalEquations of_points(sums.centre);
+  kernels::PointBlock block;
+  for (std::size_t first = 0; first < object.size;) {
+    first = take_block(object, first, step, block);
+    kernels::move_block(inward, block);
+    table.closest_of_each(block.x, block.y, block.z, block.size, std::sqrt(gate.max_square_m2),
+                          block.partner);
+    std::fill(block.partner + block.size, block.partner + kernels::in_lanes(block.size), -1);
+    const PlanePairs pairs = add_plane_pairs(block, surface, gate, of_points);
+    sums.square_m2 += pairs.square_m2;
+    sums.partners += pairs.count;
   }
+  sums.equations.add_opposite(of_points, pose.linear());
 }
 
 /// Adds the outline; all of it together counts `share` of the surface.
@@ -59,11 +64,11 @@ void add_outline(const Surface& model, const ModelRender& render, const DepthVie
     const double u = view.intrinsics.fx * x.x() / x.z() + view.intrinsics.cx;
     const double v = view.intrinsics.fy * x.y() / x.z() + view.intrinsics.cy;
     if (!(u > -1.0 && v > -1.0 && u < 65536.0 && v < 65536.0)) continue;
-    const EdgeMap::Nearest edge =
-        edges.nearest(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
     const double per_px = x.z() / view.intrinsics.fx;
     const double reach_px = std::max(1.5, reach_m / per_px);
-    if (!edge.found || edge.square > reach_px * reach_px) continue;
+    const EdgeMap::Nearest edge =
+        edges.nearest(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5), reach_px);
+    if (!edge.found) continue;
     const double z_edge = static_cast<double>(view.z_m(edge.u, edge.v));
     // The edge must be one of this surface, not of something before or behind it.
     if (std::fabs(z_edge - x.z()) > 0.05 * x.z()) continue;
@@ -104,10 +109,16 @@ Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& mod
                                        const EdgeMap& edges, const Pose& camera_from_model,
                                        double diameter_m, ModelRender& render) noexcept {
   const std::size_t step = point_step(object.size, params_.max_points);
-  const Vec3d centre = centroid(model);
+  kernels::PairGate gate;
+  gate.cos_normal = kCosNormal;
+  for (int axis = 0; axis < 3; ++axis)
+    gate.centre[axis] = static_cast<float>(centroid(model)[axis]);
+  const Vec3d centre(static_cast<double>(gate.centre[0]), static_cast<double>(gate.centre[1]),
+                     static_cast<double>(gate.centre[2]));
 
   RefinedPose result;
   result.target_from_source = camera_from_model;
+  Pose rendered = camera_from_model;
   for (int iteration = 0; iteration < params_.iterations; ++iteration) {
     const Pose& pose = result.target_from_source;
     const double progress =
@@ -116,19 +127,25 @@ Result<RefinedPose> ContourFit::refine(const Surface& object, const Surface& mod
         diameter_m * (params_.start_reach_ratio +
                       (params_.end_reach_ratio - params_.start_reach_ratio) * progress);
     const double reach_m = params_.max_distance_ratio * model.spacing_m;
-    Sums sums{NormalEquations(pose * centre)};
+    Sums sums{NormalEquations(pose * centre), centre};
     const double z_m = std::max(0.0, (pose * centre).z());
     const double scale_m = std::max(
         3.0 * static_cast<double>(view.noise.sigma_m(static_cast<float>(z_m))), 0.5 * reach_m);
-    add_surface(object, model, table, pose, step, static_cast<float>(reach_m), scale_m, sums);
+    gate.max_square_m2 = static_cast<float>(reach_m * reach_m);
+    gate.kernel_square_m2 = static_cast<float>(scale_m * scale_m);
+    add_surface(object, model, table, pose, step, gate, sums);
     if (sums.partners < kFewestPartners) {
       return Error{Code::RefinementDiverged, Stage::Refine,
                    static_cast<std::int32_t>(sums.partners)};
     }
     if (params_.contour_weight > 0.0) {
-      if (iteration % params_.render_every == 0) {
+      const bool due = iteration % params_.render_every == 0 &&
+                       (iteration == 0 || displacement_m(pose, rendered, centre, 0.5 * diameter_m) >
+                                              kSamePicture_px * z_m / view.intrinsics.fx);
+      if (due) {
         render.render(model, pose, view);
         render.find_contour(model, pose, view);
+        rendered = pose;
       }
       add_outline(model, render, view, edges, pose, outline_m, params_.contour_weight, sums);
     }

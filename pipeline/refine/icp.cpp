@@ -9,6 +9,7 @@
 #include "pipeline/coarse/kabsch.h"
 #include "pipeline/kernels/surface_pairs.h"
 #include "pipeline/refine/normal_equations.h"
+#include "pipeline/refine/point_blocks.h"
 #include "pipeline/refine/point_step.h"
 
 namespace grapnel {
@@ -25,67 +26,18 @@ struct Partners {
   std::uint32_t count = 0;
 };
 
-double total(const float (&parts)[kernels::kLanes]) noexcept {
-  return static_cast<double>(kernels::fold_lanes(parts));
-}
-
-/// The next points, every `step`-th from `first`, filled up to whole lanes; returns where to go on.
-std::size_t take_block(const Surface& moving, std::size_t first, std::size_t step,
-                       kernels::PointBlock& block) noexcept {
-  std::size_t k = 0;
-  std::size_t i = first;
-  if (step == 1) {
-    k = std::min(moving.size - first, kernels::kBlockPoints);
-    i += k;
-    std::copy_n(moving.x.data() + first, k, block.x);
-    std::copy_n(moving.y.data() + first, k, block.y);
-    std::copy_n(moving.z.data() + first, k, block.z);
-    std::copy_n(moving.nx.data() + first, k, block.nx);
-    std::copy_n(moving.ny.data() + first, k, block.ny);
-    std::copy_n(moving.nz.data() + first, k, block.nz);
-  }
-  for (; i < moving.size && k < kernels::kBlockPoints; i += step, ++k) {
-    block.x[k] = moving.x[i];
-    block.y[k] = moving.y[i];
-    block.z[k] = moving.z[i];
-    block.nx[k] = moving.nx[i];
-    block.ny[k] = moving.ny[i];
-    block.nz[k] = moving.nz[i];
-  }
-  block.size = k;
-  for (; k < kernels::in_lanes(block.size); ++k) {
-    for (float* plane : {block.x, block.y, block.z, block.nx, block.ny, block.nz}) {
-      plane[k] = plane[block.size - 1];
-    }
-  }
-  return i;
-}
-
-void add_planes(const kernels::PointBlock& block, const kernels::OrientedPlanes& fixed,
-                const kernels::PairGate& gate, Partners& partners) noexcept {
-  kernels::PlaneSums parts{};
-  kernels::add_plane_pairs(block, fixed, gate, parts);
-  double upper[21];
-  double gradient[6];
-  for (int k = 0; k < 21; ++k) upper[k] = total(parts.sum[k]);
-  for (int a = 0; a < 6; ++a) gradient[a] = total(parts.sum[21 + a]);
-  partners.planes.add_sums(upper, gradient, total(parts.sum[27]), total(parts.sum[28]));
-  partners.square_sum += total(parts.sum[29]);
-  partners.count += static_cast<std::uint32_t>(total(parts.sum[30]));
-}
-
 void add_points(const kernels::PointBlock& block, const kernels::OrientedPlanes& fixed,
                 const kernels::PairGate& gate, Partners& partners) noexcept {
   kernels::PointSums parts{};
   kernels::add_point_pairs(block, fixed, gate, parts);
-  partners.points.weight += total(parts.sum[0]);
+  partners.points.weight += sum_of(parts.sum[0]);
   for (int a = 0; a < 3; ++a) {
-    partners.points.source[a] += total(parts.sum[1 + a]);
-    partners.points.target[a] += total(parts.sum[4 + a]);
-    for (int b = 0; b < 3; ++b) partners.points.cross(a, b) += total(parts.sum[7 + 3 * a + b]);
+    partners.points.source[a] += sum_of(parts.sum[1 + a]);
+    partners.points.target[a] += sum_of(parts.sum[4 + a]);
+    for (int b = 0; b < 3; ++b) partners.points.cross(a, b) += sum_of(parts.sum[7 + 3 * a + b]);
   }
-  partners.square_sum += total(parts.sum[16]);
-  partners.count += static_cast<std::uint32_t>(total(parts.sum[17]));
+  partners.square_sum += sum_of(parts.sum[16]);
+  partners.count += static_cast<std::uint32_t>(sum_of(parts.sum[17]));
 }
 
 struct Look {
@@ -112,7 +64,9 @@ void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& 
     }
     std::fill(block.partner + block.size, block.partner + kernels::in_lanes(block.size), -1);
     if (look.plane) {
-      add_planes(block, surface, gate, partners);
+      const PlanePairs pairs = add_plane_pairs(block, surface, gate, partners.planes);
+      partners.square_sum += pairs.square_m2;
+      partners.count += pairs.count;
     } else {
       add_points(block, surface, gate, partners);
     }

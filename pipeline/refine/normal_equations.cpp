@@ -16,6 +16,21 @@ Mat6d NormalEquations::matrix() const noexcept {
   return full;
 }
 
+void NormalEquations::add_opposite(const NormalEquations& other, const Mat3d& rotation) noexcept {
+  Mat6d turn = Mat6d::Zero();
+  turn.topLeftCorner<3, 3>() = rotation;
+  turn.bottomRightCorner<3, 3>() = rotation;
+  const Mat6d full = turn * other.matrix() * turn.transpose();
+  const Vec6d gradient = turn * Eigen::Map<const Vec6d>(other.gradient_);
+  int k = 0;
+  for (int a = 0; a < 6; ++a) {
+    gradient_[a] -= gradient[a];
+    for (int b = a; b < 6; ++b) upper_[k++] += full(a, b);
+  }
+  arm_square_ += other.arm_square_;
+  weight_ += other.weight_;
+}
+
 Vec6d NormalEquations::solve(double freeze_ratio) const noexcept {
   if (!(weight_ > 0.0)) return Vec6d::Zero();
   const double arm_m = std::max(std::sqrt(arm_square_ / weight_), 1e-9);

@@ -34,6 +34,11 @@ class NormalEquations {
     weight_ += weight;
   }
 
+  /// Adds what other equations say of the opposite motion in another frame, about the same centre:
+  /// there points move toward a surface, here the surface toward the points. `rotation` turns
+  /// directions from that frame into this one.
+  void add_opposite(const NormalEquations& other, const Mat3d& rotation) noexcept;
+
   /// The step (δt, δω). Lengths and angles are made comparable by the points' mean distance from
   /// the centre; directions whose eigenvalue is below `freeze_ratio` of the largest are left alone.
   [[nodiscard]] Vec6d solve(double freeze_ratio) const noexcept;

@@ -115,7 +115,11 @@ TEST_F(BoxIndex, RatesTheTruePoseAboveAllOthers) {
     }
   }
   SampleSet samples;
-  const test::ArenaMemory memory([&](Arena& arena) { samples.reserve(arena, 300); });
+  SightImage sight;
+  const test::ArenaMemory memory([&](Arena& arena) {
+    samples.reserve(arena, 300);
+    sight.reserve(arena, label.size());
+  });
   samples.draw(*object, Rng(1));
   DepthView view;
   view.intrinsics = k;
@@ -124,7 +128,8 @@ TEST_F(BoxIndex, RatesTheTruePoseAboveAllOthers) {
   view.label = {label.data(), 320, 240};
   view.box = {0, 0, 320, 240};
   PoseScore::Scene measured;
-  measured.view = &view;
+  sight.build(view);
+  measured.sight = &sight;
   measured.samples = &samples;
   const PoseScore score({&index_.samples, &index_.table, &index_.fine, &index_.field}, measured,
                         0.02F);

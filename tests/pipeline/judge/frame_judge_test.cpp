@@ -265,8 +265,7 @@ TEST_F(FrameJudge, TheNearestEdgeIsTheNearestOfAll) {
   std::vector<std::pair<int, int>> all;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const EdgeMap::Nearest nearest = edges_.nearest(u, v);
-      if (nearest.found && nearest.square == 0) all.emplace_back(u, v);
+      if (edges_.nearest(u, v, 0.0).found) all.emplace_back(u, v);
     }
   }
   ASSERT_GT(all.size(), 300U);
@@ -276,8 +275,14 @@ TEST_F(FrameJudge, TheNearestEdgeIsTheNearestOfAll) {
       for (const auto& [eu, ev] : all) {
         best = std::min(best, (eu - u) * (eu - u) + (ev - v) * (ev - v));
       }
-      // Vector propagation may miss the nearest by less than a pixel (Danielsson 1980).
-      EXPECT_LT(std::sqrt(edges_.nearest(u, v).square) - std::sqrt(best), 1.0);
+      for (const double reach : {1.5, 7.0, 64.0, 1000.0}) {
+        const EdgeMap::Nearest nearest = edges_.nearest(u, v, reach);
+        ASSERT_EQ(nearest.found, best <= reach * reach) << u << ' ' << v << " within " << reach;
+        if (!nearest.found) continue;
+        EXPECT_EQ(nearest.square, best);
+        EXPECT_TRUE(edges_.nearest(nearest.u, nearest.v, 0.0).found);
+        EXPECT_EQ((nearest.u - u) * (nearest.u - u) + (nearest.v - v) * (nearest.v - v), best);
+      }
     }
   }
 }

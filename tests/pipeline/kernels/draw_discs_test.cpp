@@ -86,5 +86,18 @@ TEST_P(DrawDiscs, KeepsTheNearestAndOfEqualOnesTheFirst) {
   }
 }
 
+TEST_P(DrawDiscs, InvertsARowAndNothingBehindIt) {
+  Rng rng(4);
+  for (const std::size_t count : {0U, 1U, 7U, 8U, 29U}) {
+    std::vector<float> row(count + kernels::kDiscPad);
+    for (float& value : row)
+      value = rng.below(4) == 0 ? 0.0F : static_cast<float>(rng.uniform(0.5, 2.0));
+    std::vector<float> plain = row;
+    const float largest = kernels::invert_row(row.data(), count);
+    EXPECT_EQ(largest, kernels::reference::invert_row(plain.data(), count));
+    EXPECT_EQ(row, plain) << count;
+  }
+}
+
 }  // namespace
 }  // namespace grapnel

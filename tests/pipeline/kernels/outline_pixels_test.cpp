@@ -59,5 +59,43 @@ TEST_P(OutlinePixels, LieBesideNothingAndBesideWhatFallsAwayButNotOnASlope) {
   EXPECT_EQ(find(rows), (std::vector<std::int32_t>{19, 21, 40}));
 }
 
+TEST_P(OutlinePixels, TheWayOutIsThatOfThePlainLoop) {
+  constexpr int kReach = kernels::kOutwardReach;
+  constexpr int kRows = 2 * kReach + 1;
+  Rng rng(11);
+  std::vector<float> rows(kRows * kWidth + kernels::kOutlinePad, 1.0F);
+  for (float& z : rows) {
+    if (rng.below(5) == 0) z = 0.0F;
+    if (rng.below(5) == 0) z = static_cast<float>(rng.uniform(0.95, 1.1));
+  }
+  const float* const middle = rows.data() + kReach * kWidth;
+  std::vector<std::int32_t> found;
+  for (std::int32_t u = kReach; u < kWidth - kReach; ++u) {
+    if (middle[u] > 0.0F) found.push_back(u);
+  }
+  ASSERT_GT(found.size(), 30U);
+  std::vector<float> u(found.size()), v(found.size()), plain_u(u), plain_v(v);
+  kernels::outward_of(middle, kWidth, found.data(), found.size(), kLaw, u.data(), v.data());
+  kernels::reference::outward_of(middle, kWidth, found.data(), found.size(), kLaw, plain_u.data(),
+                                 plain_v.data());
+  EXPECT_EQ(u, plain_u);
+  EXPECT_EQ(v, plain_v);
+}
+
+TEST_P(OutlinePixels, TheWayOutOfAHalfPlaneIsAcrossItsEdge) {
+  constexpr int kReach = kernels::kOutwardReach;
+  std::vector<float> rows((2 * kReach + 1) * kWidth + kernels::kOutlinePad, 0.0F);
+  for (int row = 0; row < 2 * kReach + 1; ++row) {
+    for (int u = 0; u <= 30; ++u) rows[static_cast<std::size_t>(row * kWidth + u)] = 1.0F;
+  }
+  const std::int32_t edge = 30;
+  float u = 0.0F;
+  float v = 0.0F;
+  kernels::outward_of(rows.data() + kReach * kWidth, kWidth, &edge, 1, kLaw, &u, &v);
+  // Open are the columns 1, 2 and 3 to the right, in seven rows.
+  EXPECT_EQ(u, 42.0F);
+  EXPECT_EQ(v, 0.0F);
+}
+
 }  // namespace
 }  // namespace grapnel

@@ -114,11 +114,10 @@ TEST_P(PoseKernel, RatingsHaveTheSameBitsAsPlainLoops) {
   Rng rng(3);
   constexpr int kWidth = 61;
   constexpr int kHeight = 47;
-  std::vector<std::uint16_t> depth(kWidth * kHeight);
-  std::vector<std::uint8_t> label(depth.size());
-  for (std::size_t k = 0; k < depth.size(); ++k) {
-    depth[k] = rng.uniform() < 0.2 ? 0 : static_cast<std::uint16_t>(800 + rng.below(400));
-    label[k] = static_cast<std::uint8_t>(rng.below(2));
+  std::vector<float> depth(kWidth * kHeight);
+  for (float& z : depth) {
+    z = rng.uniform() < 0.2 ? 0.0F : between(rng, 0.8, 1.2);
+    if (rng.below(2) == 0) z = -z;
   }
   const kernels::VoxelShape voxels{{-0.2F, -0.2F, 0.8F}, 40.0F, {16, 15, 14}};
   const Cloud surface(200, rng);
@@ -133,10 +132,7 @@ TEST_P(PoseKernel, RatingsHaveTheSameBitsAsPlainLoops) {
   for (const std::size_t count : {1U, 8U, 63U, 65U, 384U}) {
     const Cloud samples(count, rng);
     const kernels::Motion motion = some_motion(rng);
-    kernels::DepthPixels pixels{depth.data(), kWidth, count % 2 == 0 ? label.data() : nullptr,
-                                kWidth,       kWidth, kHeight,
-                                0.001F,       90.0F,  91.0F,
-                                30.5F,        23.5F};
+    const kernels::SignedDepth pixels{depth.data(), kWidth, kHeight, 90.0F, 91.0F, 30.5F, 23.5F};
     const kernels::SightLaw law{0.1F, 0.17F, 0.3F, 0.4F, 2.0F};
     const kernels::Sight sight = kernels::rate_sight(samples.view(), count, motion, pixels, law);
     const kernels::Sight expected =

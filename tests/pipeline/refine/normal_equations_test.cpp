@@ -51,6 +51,30 @@ TEST(NormalEquations, OneStepUndoesASmallMotion) {
   EXPECT_LT((equations.solve(1e-9) + motion).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+TEST(NormalEquations, PointsTowardASurfaceOfAnotherFrameAreTheSurfaceTowardThePoints) {
+  Rng rng(6);
+  const Mat3d rotation = rotation_from_vector(random_vector(rng));
+  const Vec3d shift = random_vector(rng);
+  const Vec3d centre = random_vector(rng);
+  NormalEquations own(rotation * centre + shift);
+  NormalEquations of_points(centre);
+  for (int i = 0; i < 40; ++i) {
+    const Vec3d point = centre + random_vector(rng);
+    const Vec3d normal = random_vector(rng).normalized();
+    const double off_m = 0.01 * rng.uniform(-1.0, 1.0);
+    const double weight = rng.uniform(0.1, 1.0);
+    of_points.add(normal, point, off_m, weight);
+    own.add(rotation * normal, rotation * point + shift, -off_m, weight);
+  }
+  NormalEquations sum(rotation * centre + shift);
+  sum.add_opposite(of_points, rotation);
+  // Rounding of a product of 6 x 6 matrices.
+  EXPECT_LT((sum.solve(1e-9) - own.solve(1e-9)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((sum.information_at_origin() - own.information_at_origin()).cwiseAbs().maxCoeff(),
+            1e-9 * own.information_at_origin().cwiseAbs().maxCoeff());
+  EXPECT_NEAR(sum.weight(), own.weight(), 1e-12);
+}
+
 TEST(NormalEquations, WhatAPlaneDoesNotFixStays) {
   Rng rng(4);
   NormalEquations equations(Vec3d::Zero());
