@@ -116,6 +116,26 @@ Sight RateSight(const OrientedPlanes& samples, std::size_t count, const Motion& 
   return {fold_lanes(facing), fold_lanes(worth)};
 }
 
+/// Points that voxels name, fetched one by one: sooner than gathering them.
+struct NamedStretch {
+  alignas(64) std::int32_t voxel[kStretch];  // -1 outside
+  alignas(64) float x[kStretch], y[kStretch], z[kStretch];
+  alignas(64) float nx[kStretch], ny[kStretch], nz[kStretch];
+};
+
+HWY_INLINE void FetchNamed(const NamedSurface& surface, std::size_t count, NamedStretch& named) {
+  const OrientedPlanes& points = surface.points;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t at = surface.named[std::max(named.voxel[k], 0)];
+    named.x[k] = points.x[at];
+    named.y[k] = points.y[at];
+    named.z[k] = points.z[at];
+    named.nx[k] = points.nx[at];
+    named.ny[k] = points.ny[at];
+    named.nz[k] = points.nz[at];
+  }
+}
+
 float RateOnSurface(const OrientedPlanes& samples, std::size_t count, const Motion& motion,
                     const NamedSurface& surface, float tolerance_m, float cos_normal) {
   const Floats d;
@@ -124,35 +144,27 @@ float RateOnSurface(const OrientedPlanes& samples, std::size_t count, const Moti
   const VF per_square = hn::Set(d, 1.0F / (tolerance_m * tolerance_m));
   const VF limit = hn::Set(d, tolerance_m * tolerance_m);
   const VF half = hn::Set(d, 0.5F);
-  const OrientedPlanes& points = surface.points;
-  alignas(64) std::int32_t named[kStretch];
   alignas(64) float sum[kLanes] = {};
+  NamedStretch named;
   for (std::size_t first = 0; first < count; first += kStretch) {
     const std::size_t end = std::min(in_lanes(count), first + kStretch);
     for (std::size_t i = first; i < end; i += hn::Lanes(d)) {
       const Vec3 p = m.Move(Load3(samples.x + i, samples.y + i, samples.z + i));
-      hn::Store(VoxelOf(surface.voxels, p), di, named + i - first);
+      hn::Store(VoxelOf(surface.voxels, p), di, named.voxel + i - first);
     }
-    for (std::size_t k = 0; k < end - first; ++k) {
-      if (named[k] >= 0) named[k] = surface.named[named[k]];
-    }
+    FetchNamed(surface, end - first, named);
     for (std::size_t i = first; i < end; i += hn::Lanes(d)) {
-      const VI found = hn::Load(di, named + i - first);
+      const std::size_t k = i - first;
       const auto inside =
-          hn::And(hn::RebindMask(d, hn::Gt(found, hn::Set(di, -1))), There(i, count));
-      if (hn::AllFalse(d, inside)) continue;
-      const VI at = hn::Max(found, hn::Zero(di));
+          hn::And(hn::RebindMask(d, hn::Gt(hn::Load(di, named.voxel + k), hn::Set(di, -1))),
+                  There(i, count));
       const Vec3 p = m.Move(Load3(samples.x + i, samples.y + i, samples.z + i));
-      const Vec3 gap = Minus({hn::GatherIndex(d, points.x, at), hn::GatherIndex(d, points.y, at),
-                              hn::GatherIndex(d, points.z, at)},
-                             p);
+      const Vec3 gap = Minus(Load3(named.x + k, named.y + k, named.z + k), p);
       const VF square = Dot(gap, gap);
       const auto near = hn::And(inside, hn::Lt(square, limit));
       if (hn::AllFalse(d, near)) continue;
       const Vec3 own = m.Rotate(Load3(samples.nx + i, samples.ny + i, samples.nz + i));
-      const VF cosine =
-          Dot(own, {hn::GatherIndex(d, points.nx, at), hn::GatherIndex(d, points.ny, at),
-                    hn::GatherIndex(d, points.nz, at)});
+      const VF cosine = Dot(own, Load3(named.nx + k, named.ny + k, named.nz + k));
       const auto turned_away =
           hn::And(hn::Gt(Dot(own, own), half), hn::Lt(cosine, hn::Set(d, cos_normal)));
       AddTo(sum + i % kLanes,

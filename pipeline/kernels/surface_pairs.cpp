@@ -1,5 +1,7 @@
 #include "pipeline/kernels/surface_pairs.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pipeline/kernels/surface_pairs.cpp"
 #include "hwy/foreach_target.h"
@@ -50,13 +52,20 @@ HWY_INLINE Sides SidesOf(VF place, std::int32_t size) {
   return {own, hn::Min(hn::Max(toward, hn::Zero(di)), last)};
 }
 
-HWY_INLINE void FindNearestOf(const NamedPoints& points, const Vec3& p, float max_distance_m,
-                              std::int32_t* found) {
+// Points whose eight voxels are looked up between two passes by vectors: entries are fetched one by
+// one, which is sooner than gathering them, and long after their places were stored.
+constexpr std::size_t kFetched = 32;
+
+struct Corners {
+  alignas(64) std::int32_t named[8][kFetched];  // first the voxel, then the point it names
+  alignas(64) float x[8][kFetched], y[8][kFetched], z[8][kFetched];
+};
+
+HWY_INLINE void PlaceCorners(const VoxelShape& shape, const Vec3& p, std::size_t k,
+                             Corners& corners) {
   const Floats d;
   const Ints di;
-  const VoxelShape& shape = points.voxels;
-  const VI inside = VoxelOf(shape, p);
-  const auto there = hn::RebindMask(d, hn::Gt(inside, hn::Set(di, -1)));
+  const auto there = hn::RebindMask(d, hn::Gt(VoxelOf(shape, p), hn::Set(di, -1)));
   const VF per_metre = hn::Set(d, shape.per_metre);
   Sides sides[3];
   const VF coordinates[3] = {p.x, p.y, p.z};
@@ -64,34 +73,63 @@ HWY_INLINE void FindNearestOf(const NamedPoints& points, const Vec3& p, float ma
     const VF place = hn::Mul(hn::Sub(coordinates[axis], hn::Set(d, shape.origin[axis])), per_metre);
     sides[axis] = SidesOf(hn::IfThenElseZero(there, place), shape.size[axis]);
   }
-  VI best = hn::Set(di, -1);
-  VF best_square = hn::Set(d, max_distance_m * max_distance_m);
   for (int corner = 0; corner < 8; ++corner) {
     const VI x = (corner & 1) != 0 ? sides[0].other : sides[0].own;
     const VI y = (corner & 2) != 0 ? sides[1].other : sides[1].own;
     const VI z = (corner & 4) != 0 ? sides[2].other : sides[2].own;
     const VI row = hn::Add(hn::Mul(z, hn::Set(di, shape.size[1])), y);
-    alignas(64) std::int32_t named[kLanes];
-    hn::Store(hn::Add(hn::Mul(row, hn::Set(di, shape.size[0])), x), di, named);
-    for (std::size_t k = 0; k < hn::Lanes(di); ++k) named[k] = points.named[named[k]];
-    const VI candidate = hn::Load(di, named);
-    const Vec3 gap =
-        Minus({hn::GatherIndex(d, points.x, candidate), hn::GatherIndex(d, points.y, candidate),
-               hn::GatherIndex(d, points.z, candidate)},
-              p);
+    hn::Store(hn::Add(hn::Mul(row, hn::Set(di, shape.size[0])), x), di, corners.named[corner] + k);
+  }
+}
+
+HWY_INLINE void FetchCorners(const NamedPoints& points, std::size_t count, Corners& corners) {
+  for (int corner = 0; corner < 8; ++corner) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::int32_t named = points.named[corners.named[corner][k]];
+      corners.named[corner][k] = named;
+      corners.x[corner][k] = points.x[named];
+      corners.y[corner][k] = points.y[named];
+      corners.z[corner][k] = points.z[named];
+    }
+  }
+}
+
+/// The nearest of a point's eight, -1 = none is near enough.
+HWY_INLINE VI NearestCorner(const Corners& corners, std::size_t k, const Vec3& p,
+                            hn::Mask<Floats> there, float max_distance_m) {
+  const Floats d;
+  const Ints di;
+  VI best = hn::Set(di, -1);
+  VF best_square = hn::Set(d, max_distance_m * max_distance_m);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 gap = Minus({hn::Load(d, corners.x[corner] + k), hn::Load(d, corners.y[corner] + k),
+                            hn::Load(d, corners.z[corner] + k)},
+                           p);
     const VF square = Dot(gap, gap);
     const auto nearer = hn::And(there, hn::Le(square, best_square));
     best_square = hn::IfThenElse(nearer, square, best_square);
-    best = hn::IfThenElse(hn::RebindMask(di, nearer), candidate, best);
+    best =
+        hn::IfThenElse(hn::RebindMask(di, nearer), hn::Load(di, corners.named[corner] + k), best);
   }
-  hn::StoreU(best, di, found);
+  return best;
 }
 
 void FindNearestNamed(const NamedPoints& points, const float* x, const float* y, const float* z,
                       std::size_t count, float max_distance_m, std::int32_t* found) {
   const Floats d;
-  for (std::size_t i = 0; i < in_lanes(count); i += hn::Lanes(d)) {
-    FindNearestOf(points, Load3(x + i, y + i, z + i), max_distance_m, found + i);
+  const Ints di;
+  Corners corners;
+  for (std::size_t first = 0; first < in_lanes(count); first += kFetched) {
+    const std::size_t end = std::min(in_lanes(count), first + kFetched);
+    for (std::size_t i = first; i < end; i += hn::Lanes(d)) {
+      PlaceCorners(points.voxels, Load3(x + i, y + i, z + i), i - first, corners);
+    }
+    FetchCorners(points, end - first, corners);
+    for (std::size_t i = first; i < end; i += hn::Lanes(d)) {
+      const Vec3 p = Load3(x + i, y + i, z + i);
+      const auto there = hn::RebindMask(d, hn::Gt(VoxelOf(points.voxels, p), hn::Set(di, -1)));
+      hn::StoreU(NearestCorner(corners, i - first, p, there, max_distance_m), di, found + i);
+    }
   }
 }
 
@@ -103,20 +141,36 @@ struct Pairs {
   hn::Mask<Floats> on_surface;  ///< the partner has a normal
 };
 
-HWY_INLINE Pairs LoadPairs(const PointBlock& block, const OrientedPlanes& fixed,
-                           const PairGate& gate, std::size_t i) {
+/// The partners of a block.
+struct Partners {
+  alignas(64) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
+  alignas(64) float nx[kBlockPoints], ny[kBlockPoints], nz[kBlockPoints];
+};
+
+HWY_INLINE void FetchPartners(const PointBlock& block, const OrientedPlanes& fixed,
+                              Partners& partners) {
+  for (std::size_t k = 0; k < in_lanes(block.size); ++k) {
+    const std::int32_t at = std::max(block.partner[k], 0);
+    partners.x[k] = fixed.x[at];
+    partners.y[k] = fixed.y[at];
+    partners.z[k] = fixed.z[at];
+    partners.nx[k] = fixed.nx[at];
+    partners.ny[k] = fixed.ny[at];
+    partners.nz[k] = fixed.nz[at];
+  }
+}
+
+HWY_INLINE Pairs LoadPairs(const PointBlock& block, const Partners& partners, const PairGate& gate,
+                           std::size_t i) {
   const Floats d;
   const Ints di;
   const VI partner = hn::LoadU(di, block.partner + i);
   const auto found = hn::RebindMask(d, hn::Gt(partner, hn::Set(di, -1)));
-  const VI at = hn::Max(partner, hn::Zero(di));
   Pairs pairs;
   pairs.source = Load3(block.x + i, block.y + i, block.z + i);
   pairs.source_normal = Load3(block.nx + i, block.ny + i, block.nz + i);
-  pairs.target = {hn::GatherIndex(d, fixed.x, at), hn::GatherIndex(d, fixed.y, at),
-                  hn::GatherIndex(d, fixed.z, at)};
-  pairs.target_normal = {hn::GatherIndex(d, fixed.nx, at), hn::GatherIndex(d, fixed.ny, at),
-                         hn::GatherIndex(d, fixed.nz, at)};
+  pairs.target = Load3(partners.x + i, partners.y + i, partners.z + i);
+  pairs.target_normal = Load3(partners.nx + i, partners.ny + i, partners.nz + i);
   pairs.difference = Minus(pairs.source, pairs.target);
   pairs.distance_square = Dot(pairs.difference, pairs.difference);
   const VF half = hn::Set(d, 0.5F);
@@ -150,9 +204,11 @@ void AddPlanePairs(const PointBlock& block, const OrientedPlanes& fixed, const P
                        hn::Set(d, gate.centre[2])};
   const VF half = hn::Set(d, 0.5F);
   const VF one = hn::Set(d, 1.0F);
+  Partners partners;
+  FetchPartners(block, fixed, partners);
   for (std::size_t i = 0; i < in_lanes(block.size); i += hn::Lanes(d)) {
     const std::size_t lane = i % kLanes;
-    Pairs pairs = LoadPairs(block, fixed, gate, i);
+    Pairs pairs = LoadPairs(block, partners, gate, i);
     pairs.counts = hn::And(pairs.counts, pairs.on_surface);
     Vec3 direction = pairs.target_normal;
     Vec3 lever = Minus(pairs.source, centre);
@@ -193,9 +249,11 @@ void AddPointPairs(const PointBlock& block, const OrientedPlanes& fixed, const P
   const Vec3 centre = {hn::Set(d, gate.centre[0]), hn::Set(d, gate.centre[1]),
                        hn::Set(d, gate.centre[2])};
   const VF one = hn::Set(d, 1.0F);
+  Partners partners;
+  FetchPartners(block, fixed, partners);
   for (std::size_t i = 0; i < in_lanes(block.size); i += hn::Lanes(d)) {
     const std::size_t lane = i % kLanes;
-    const Pairs pairs = LoadPairs(block, fixed, gate, i);
+    const Pairs pairs = LoadPairs(block, partners, gate, i);
     const VF weight = Weight(pairs, pairs.distance_square, gate);
     const Vec3 source = Minus(pairs.source, centre);
     const Vec3 target = Minus(pairs.target, centre);
