@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/kernels/pose_rating.h"
+#include "pipeline/kernels/surface_pairs.h"
 
 namespace grapnel {
 namespace {
@@ -78,22 +79,34 @@ double PoseScore::explained_share(const Pose& pose, std::size_t max_samples) con
 }
 
 Pose PoseScore::slid(const Pose& target_from_source, std::size_t max_samples) const noexcept {
-  const Pose inverse = target_from_source.inverse();
-  const Eigen::Matrix3f rotation = inverse.linear().cast<float>();
-  const Vec3f shift = inverse.translation().cast<float>();
   const SampleSet& samples = *scene_.samples;
+  const std::size_t count = std::min(max_samples, samples.size);
+  const kernels::Motion inward = kernels::motion_of(target_from_source.inverse());
+  kernels::PointBlock block;
   Vec3f way = Vec3f::Zero();
-  float count = 0.0F;
-  for (std::size_t i = 0; i < std::min(max_samples, samples.size); ++i) {
-    const Vec3f p = rotation * Vec3f(samples.x[i], samples.y[i], samples.z[i]) + shift;
-    const std::int32_t found = model_.table->nearby(p);
-    if (found < 0) continue;
-    way += p - model_.surface->point(static_cast<std::size_t>(found));
-    count += 1.0F;
+  float found = 0.0F;
+  for (std::size_t first = 0; first < count; first += kernels::kBlockPoints) {
+    block.size = std::min(kernels::kBlockPoints, count - first);
+    // Whole lanes: the planes of samples are longer by what kernels may read.
+    const std::size_t lanes = kernels::in_lanes(block.size);
+    std::copy_n(samples.x.data() + first, lanes, block.x);
+    std::copy_n(samples.y.data() + first, lanes, block.y);
+    std::copy_n(samples.z.data() + first, lanes, block.z);
+    std::copy_n(samples.nx.data() + first, lanes, block.nx);
+    std::copy_n(samples.ny.data() + first, lanes, block.ny);
+    std::copy_n(samples.nz.data() + first, lanes, block.nz);
+    kernels::move_block(inward, block);
+    model_.table->nearby_of_each(block.x, block.y, block.z, block.size, 0.0F, block.partner);
+    for (std::size_t k = 0; k < block.size; ++k) {
+      if (block.partner[k] < 0) continue;
+      const Vec3f p(block.x[k], block.y[k], block.z[k]);
+      way += p - model_.surface->point(static_cast<std::size_t>(block.partner[k]));
+      found += 1.0F;
+    }
   }
   Pose result = target_from_source;
-  if (count > 0.0F) {
-    result.translation() += target_from_source.linear() * (way / count).cast<double>();
+  if (found > 0.0F) {
+    result.translation() += target_from_source.linear() * (way / found).cast<double>();
   }
   return result;
 }
