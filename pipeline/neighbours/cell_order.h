@@ -9,39 +9,51 @@
 
 namespace grapnel {
 
-/// The points of a cloud sorted by the cubic cell they lie in, ties by index: cells counted from
-/// the floor of the cloud's minimum, linear index with x fastest (as PCL's VoxelGrid).
+struct Extent {
+  float low = 0.0F;
+  float high = 0.0F;
+};
+/// Of at least one value. O(n).
+[[nodiscard]] Extent extent_of(std::span<const float> values) noexcept;
+
+/// The occupied cubic cells of a cloud in their order: cells counted from the floor of the cloud's
+/// minimum, linear index with x fastest (as PCL's VoxelGrid).
+///
+/// Without a sort: a bit for each cell, and a cell's number is how many bits are set before its
+/// own. Where the cells are too many for that, a bit stands for 64 of them, or 64², and only those
+/// that hold a point are looked into.
 class CellOrder {
  public:
+  /// 24 bytes a point.
   void reserve(Arena& arena, std::size_t max_points);
 
-  /// False when the cloud spans more cells than a key holds (2^36). Coordinates must be finite.
-  /// O(n).
+  /// Numbers the cells that hold a point. False when the cloud spans more cells than a key holds
+  /// (2^36). Coordinates must be finite. O(n).
+  [[nodiscard]] bool number(const Surface& surface, double edge_m) noexcept;
+  /// The same, and the points of each cell, by index.
   [[nodiscard]] bool sort(const Surface& surface, double edge_m) noexcept;
 
-  [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  [[nodiscard]] std::size_t point(std::size_t i) const noexcept {
-    return static_cast<std::size_t>(entry_[i] & kIndexMask);
+  /// How many cells hold a point.
+  [[nodiscard]] std::size_t cells() const noexcept { return cells_; }
+  /// The cell of each point.
+  [[nodiscard]] std::span<const std::uint32_t> cell_of() const noexcept {
+    return cell_of_.first(size_);
   }
-  [[nodiscard]] bool same_cell(std::size_t i, std::size_t j) const noexcept {
-    return entry_[i] >> kIndexBits == entry_[j] >> kIndexBits;
+  /// The points of a cell, after sort().
+  [[nodiscard]] std::span<const std::uint64_t> points_of(std::size_t cell) const noexcept {
+    const std::size_t begin = cell > 0 ? before_[cell - 1] : 0;
+    return key_.subspan(begin, before_[cell] - begin);
   }
-  /// Where the run of points of the i-th point's cell ends.
-  [[nodiscard]] std::size_t end_of_cell(std::size_t i) const noexcept {
-    std::size_t end = i + 1;
-    while (end < size_ && same_cell(end, i)) ++end;
-    return end;
-  }
-  [[nodiscard]] std::size_t occupied_cells() const noexcept;
 
  private:
-  static constexpr unsigned kIndexBits = 28;
-  static constexpr std::uint64_t kIndexMask = (std::uint64_t{1} << kIndexBits) - 1;
+  std::size_t look_into(std::size_t words, unsigned shift) noexcept;
 
-  void radix_sort(std::uint64_t largest_key) noexcept;
-
-  std::span<std::uint64_t> entry_, other_;  // cell << kIndexBits | point
+  std::span<std::uint64_t> key_;      // linear cell of each point; once sorted: the points
+  std::span<std::uint64_t> word_;     // 64 cells of a level each
+  std::span<std::uint32_t> before_;   // bits set before each word; once sorted: ends of the cells
+  std::span<std::uint32_t> cell_of_;  // of each point; while numbering: its word
   std::size_t size_ = 0;
+  std::size_t cells_ = 0;
 };
 
 }  // namespace grapnel

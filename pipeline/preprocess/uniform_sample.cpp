@@ -22,6 +22,7 @@ void UniformSample::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points =
       std::max({limits.max_input_points, limits.max_points, limits.max_model_points});
   cells_.reserve(arena, points);
+  best_ = arena.take<std::uint32_t>(points);
   keep_ = arena.take<std::uint8_t>(points);
 }
 
@@ -31,7 +32,7 @@ Result<std::size_t> UniformSample::apply(Surface& surface) noexcept {
   }
   const double cell_m =
       params_.cell_m > 0.0 ? params_.cell_m : params_.cell_ratio * surface.spacing_m;
-  if (!(cell_m > 0.0) || !cells_.sort(surface, cell_m)) {
+  if (!(cell_m > 0.0) || !cells_.number(surface, cell_m)) {
     return Error{Code::BadParameter, Stage::Decimate, 0};
   }
   const auto per_m = static_cast<float>(1.0 / cell_m);
@@ -40,15 +41,15 @@ Result<std::size_t> UniformSample::apply(Surface& surface) noexcept {
     const Vec3f centre = place.array().floor() + 0.5F;
     return (place - centre).squaredNorm();
   };
-  std::fill_n(keep_.begin(), surface.size, std::uint8_t{0});
-  for (std::size_t begin = 0, end = 0; begin < surface.size; begin = end) {
-    end = cells_.end_of_cell(begin);
-    std::size_t best = cells_.point(begin);
-    for (std::size_t i = begin + 1; i < end; ++i) {
-      if (off_centre(cells_.point(i)) < off_centre(best)) best = cells_.point(i);
-    }
-    keep_[best] = 1;
+  constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  const std::span<std::uint32_t> best = best_.first(cells_.cells());
+  std::fill(best.begin(), best.end(), kNone);
+  for (std::uint32_t i = 0; i < surface.size; ++i) {
+    std::uint32_t& chosen = best[cells_.cell_of()[i]];
+    if (chosen == kNone || off_centre(i) < off_centre(chosen)) chosen = i;
   }
+  std::fill_n(keep_.begin(), surface.size, std::uint8_t{0});
+  for (const std::uint32_t chosen : best) keep_[chosen] = 1;
   return keep_points(surface, keep_);
 }
 

@@ -30,6 +30,7 @@ class UniformSample final : public CloudFilter {
  private:
   UniformSampleParams params_;
   CellOrder cells_;
+  std::span<std::uint32_t> best_;  // point of each cell
   std::span<std::uint8_t> keep_;
 };
 

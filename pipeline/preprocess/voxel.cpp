@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "pipeline/preprocess/compact.h"
 
@@ -43,9 +42,8 @@ void VoxelGrid::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points =
       std::max({limits.max_input_points, limits.max_points, limits.max_model_points});
   cells_.reserve(arena, points);
-  begin_ = arena.take<std::uint32_t>(points + 1);
-  plane_ = arena.take<float>(points);
-  for (std::span<float>& mean : mean_) mean = arena.take<float>(points);
+  count_ = arena.take<std::uint32_t>(points);
+  sum_ = arena.take<double>(points);
   max_searched_ = std::max(limits.max_points, limits.max_model_points);
   search_.reserve(arena, max_searched_, 0);
 }
@@ -53,9 +51,8 @@ void VoxelGrid::reserve(Arena& arena, const Limits& limits) {
 double VoxelGrid::leaf_for(const Surface& surface, std::size_t max_points) noexcept {
   double squared = 0.0;
   for (const std::span<float>& plane : {surface.x, surface.y, surface.z}) {
-    const auto [low, high] = std::minmax_element(
-        plane.begin(), plane.begin() + static_cast<std::ptrdiff_t>(surface.size));
-    const double extent = static_cast<double>(*high) - static_cast<double>(*low);
+    const auto [low, high] = extent_of(plane.first(surface.size));
+    const double extent = static_cast<double>(high) - static_cast<double>(low);
     squared += extent * extent;
   }
   // A surface with the area of its box's diagonal squared; then the counts correct it: they go with
@@ -64,58 +61,47 @@ double VoxelGrid::leaf_for(const Surface& surface, std::size_t max_points) noexc
   double leaf = std::max(std::sqrt(squared / wanted), 1e-9);
   double fits = 0.0;
   for (int round = 0; round < 10; ++round) {
-    if (!cells_.sort(surface, leaf)) {
+    if (!cells_.number(surface, leaf)) {
       leaf *= 4.0;
       continue;
     }
-    const auto cells = static_cast<double>(cells_.occupied_cells());
+    const auto cells = static_cast<double>(cells_.cells());
     if (cells <= wanted && (fits == 0.0 || leaf < fits)) fits = leaf;
     if (cells <= wanted && cells >= 0.95 * wanted) break;
     leaf *= std::clamp(std::sqrt(cells / (0.975 * wanted)), 0.25, 4.0);
   }
   while (fits == 0.0) {
     leaf *= 1.25;
-    if (cells_.sort(surface, leaf) && cells_.occupied_cells() <= max_points) fits = leaf;
+    if (cells_.number(surface, leaf) && cells_.cells() <= max_points) fits = leaf;
   }
   return fits;
 }
 
-/// One value of each cell; what a cloud does not have (all zero) needs no mean.
-void VoxelGrid::average(std::size_t size, std::size_t cells, std::span<float> plane) noexcept {
-  if (all_zero(plane.first(size))) return;
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    double sum = 0.0;
-    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      sum += static_cast<double>(plane[cells_.point(i)]);
-    }
-    plane_[cell] = static_cast<float>(sum / static_cast<double>(begin_[cell + 1] - begin_[cell]));
+/// One value of each cell; what a cloud does not have (all zero) needs no mean. False then.
+bool VoxelGrid::average(std::size_t size, std::span<float> plane) noexcept {
+  if (all_zero(plane.first(size))) return false;
+  const std::span<const std::uint32_t> cell_of = cells_.cell_of();
+  std::fill_n(sum_.begin(), cells_.cells(), 0.0);
+  for (std::size_t i = 0; i < size; ++i) sum_[cell_of[i]] += static_cast<double>(plane[i]);
+  for (std::size_t cell = 0; cell < cells_.cells(); ++cell) {
+    plane[cell] = static_cast<float>(sum_[cell] / static_cast<double>(count_[cell]));
   }
-  std::copy_n(plane_.begin(), cells, plane.begin());
+  return true;
 }
 
 void VoxelGrid::merge_cells(Surface& surface) noexcept {
-  std::size_t cells = 0;
-  for (std::size_t i = 0; i < surface.size; i = cells_.end_of_cell(i)) {
-    begin_[cells++] = static_cast<std::uint32_t>(i);
+  const std::size_t cells = cells_.cells();
+  std::fill_n(count_.begin(), cells, 0U);
+  for (const std::uint32_t cell : cells_.cell_of()) ++count_[cell];
+  for (std::span<float>* plane : {&surface.x, &surface.y, &surface.z, &surface.intensity}) {
+    (void)average(surface.size, *plane);
   }
-  begin_[cells] = static_cast<std::uint32_t>(surface.size);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    Vec3d sum = Vec3d::Zero();
-    for (std::size_t i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      sum += surface.point(cells_.point(i)).cast<double>();
-    }
-    sum /= static_cast<double>(begin_[cell + 1] - begin_[cell]);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      mean_[axis][cell] = static_cast<float>(sum[static_cast<Eigen::Index>(axis)]);
-    }
+  bool normals = false;
+  for (std::span<float>* plane : {&surface.nx, &surface.ny, &surface.nz}) {
+    normals |= average(surface.size, *plane);
   }
-  for (std::span<float>* plane : {&surface.nx, &surface.ny, &surface.nz, &surface.intensity}) {
-    average(surface.size, cells, *plane);
-  }
-  std::copy_n(mean_[0].begin(), cells, surface.x.begin());
-  std::copy_n(mean_[1].begin(), cells, surface.y.begin());
-  std::copy_n(mean_[2].begin(), cells, surface.z.begin());
   surface.size = cells;
+  if (!normals) return;
   for (std::size_t i = 0; i < cells; ++i) {
     const float length = surface.normal(i).norm();
     const float scale = length > 0.0F ? 1.0F / length : 0.0F;
@@ -144,7 +130,7 @@ Result<std::size_t> VoxelGrid::apply(Surface& surface) noexcept {
 
 Result<std::size_t> VoxelGrid::apply(Surface& surface, double leaf_m,
                                      std::size_t max_points) noexcept {
-  if (const Status status = check_points(surface, plane_.size(), Stage::Decimate); !status.ok()) {
+  if (const Status status = check_points(surface, sum_.size(), Stage::Decimate); !status.ok()) {
     return status.error();
   }
   if (leaf_m <= 0.0 && max_points == 0) return Error{Code::BadParameter, Stage::Decimate, 0};
@@ -152,7 +138,7 @@ Result<std::size_t> VoxelGrid::apply(Surface& surface, double leaf_m,
   double leaf = leaf_m;
   if (leaf_m > 0.0 || surface.size > max_points) {
     if (leaf_m <= 0.0) leaf = leaf_for(surface, max_points);
-    if (!cells_.sort(surface, leaf)) return Error{Code::BadParameter, Stage::Decimate, 1};
+    if (!cells_.number(surface, leaf)) return Error{Code::BadParameter, Stage::Decimate, 1};
     merge_cells(surface);
   }
   drop_grid(surface);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -37,15 +36,14 @@ class VoxelGrid final : public CloudFilter {
 
  private:
   double leaf_for(const Surface& surface, std::size_t max_points) noexcept;
-  void average(std::size_t size, std::size_t cells, std::span<float> plane) noexcept;
+  bool average(std::size_t size, std::span<float> plane) noexcept;
   void merge_cells(Surface& surface) noexcept;
   double measured_spacing_m(const Surface& surface, double leaf_m) noexcept;
 
   VoxelParams params_;
   CellOrder cells_;
-  std::span<std::uint32_t> begin_;  // of each cell in the order, and the end
-  std::span<float> plane_;
-  std::array<std::span<float>, 3> mean_;
+  std::span<std::uint32_t> count_;  // points of each cell
+  std::span<double> sum_;           // of one value over each cell
   NeighbourSearch search_;
   std::size_t max_searched_ = 0;
 };

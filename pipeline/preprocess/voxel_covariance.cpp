@@ -46,19 +46,19 @@ void VoxelCovariance::reserve(Arena& arena, const Limits& limits) {
   covariances_ = {};
 }
 
-bool VoxelCovariance::measure(const Surface& surface, std::size_t begin, std::size_t end,
+bool VoxelCovariance::measure(const Surface& surface, std::span<const std::uint64_t> points,
                               Cell& cell, Symmetric3& covariance) const noexcept {
-  const auto count = static_cast<double>(end - begin);
+  const auto count = static_cast<double>(points.size());
   Vec3d mean = Vec3d::Zero();
   double intensity = 0.0;
-  for (std::size_t i = begin; i < end; ++i) {
-    mean += surface.point(cells_.point(i)).cast<double>();
-    intensity += static_cast<double>(surface.intensity[cells_.point(i)]);
+  for (const std::uint64_t i : points) {
+    mean += surface.point(i).cast<double>();
+    intensity += static_cast<double>(surface.intensity[i]);
   }
   mean /= count;
   Symmetric3 sum;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Vec3d d = surface.point(cells_.point(i)).cast<double>() - mean;
+  for (const std::uint64_t i : points) {
+    const Vec3d d = surface.point(i).cast<double>() - mean;
     sum.add(d.x(), d.y(), d.z());
   }
   const Eigen3 eigen = eigen_symmetric3(sum.over(count - 1.0));
@@ -78,9 +78,10 @@ Result<std::size_t> VoxelCovariance::apply(Surface& surface) noexcept {
   if (!cells_.sort(surface, params_.leaf_m)) return Error{Code::BadParameter, Stage::Decimate, 1};
   const auto needed = static_cast<std::size_t>(params_.min_points);
   std::size_t count = 0;
-  for (std::size_t i = 0, end = 0; i < surface.size; i = end) {
-    end = cells_.end_of_cell(i);
-    if (end - i >= needed && measure(surface, i, end, found_[count], memory_[count])) ++count;
+  for (std::size_t cell = 0; cell < cells_.cells(); ++cell) {
+    const std::span<const std::uint64_t> points = cells_.points_of(cell);
+    if (points.size() < needed) continue;
+    if (measure(surface, points, found_[count], memory_[count])) ++count;
   }
   if (count == 0) return Error{Code::TooFewPoints, Stage::Decimate, 0};
   const std::size_t before = surface.size;

@@ -45,9 +45,9 @@ class VoxelCovariance final : public CloudFilter {
     Vec3f normal = Vec3f::Zero();
     float intensity = 0.0F;
   };
-  /// Points [begin, end) of the order; false where they span no volume, plane or line.
-  [[nodiscard]] bool measure(const Surface& surface, std::size_t begin, std::size_t end, Cell& cell,
-                             Symmetric3& covariance) const noexcept;
+  /// False where the points span no volume, plane or line.
+  [[nodiscard]] bool measure(const Surface& surface, std::span<const std::uint64_t> points,
+                             Cell& cell, Symmetric3& covariance) const noexcept;
 
   VoxelCovarianceParams params_;
   CellOrder cells_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -258,24 +259,33 @@ TEST(GridStride, LeavesAPointOfEachBlockOnAGridOfBlocks) {
   }
 }
 
-TEST(CellOrder, SortsByLinearCellThenIndex) {
-  test::OwnedSurface cloud = test::random_cloud(5000, 1.0, 17);
+// A cell's edge: cells few for the points, as many, and so many that bits stand for 64, 64² or 64³.
+TEST(CellOrder, NumbersCellsInLinearOrderAndSortsTheirPoints) {
+  constexpr std::size_t kPoints = 5000;
   CellOrder order;
-  const test::ArenaMemory memory([&](Arena& arena) { order.reserve(arena, 5000); });
-  ASSERT_TRUE(order.sort(*cloud, 0.07));
-  const auto cell = [&](std::size_t i, Eigen::Index axis) {
-    return std::floor(cloud->point(i)[axis] * static_cast<float>(1.0 / 0.07));
-  };
-  std::vector<std::size_t> expected(5000);
-  for (std::size_t i = 0; i < 5000; ++i) expected[i] = i;
-  std::stable_sort(expected.begin(), expected.end(), [&](std::size_t a, std::size_t b) {
-    for (const Eigen::Index axis : {2, 1, 0}) {
-      if (cell(a, axis) != cell(b, axis)) return cell(a, axis) < cell(b, axis);
+  const test::ArenaMemory memory([&](Arena& arena) { order.reserve(arena, kPoints); });
+  for (const double edge : {3.0, 0.07, 0.015, 0.004, 0.001, 0.00026}) {
+    for (const std::size_t points : {kPoints, std::size_t{64}, std::size_t{1}}) {
+      test::OwnedSurface cloud = test::random_cloud(points, 1.0, 17);
+      for (float& x : cloud->x.first(points)) x -= 0.5F;
+      const auto cell = [&](std::size_t i) {
+        const Vec3f place = cloud->point(i) * static_cast<float>(1.0 / edge);
+        return std::array{std::floor(place.z()), std::floor(place.y()), std::floor(place.x())};
+      };
+      std::map<std::array<float, 3>, std::vector<std::uint64_t>> expected;
+      for (std::size_t i = 0; i < points; ++i) expected[cell(i)].push_back(i);
+      ASSERT_TRUE(order.sort(*cloud, edge));
+      ASSERT_EQ(order.cells(), expected.size());
+      std::size_t number = 0;
+      for (const auto& [place, inside] : expected) {
+        ASSERT_TRUE(std::ranges::equal(order.points_of(number), inside)) << edge << " " << number;
+        for (const std::uint64_t i : inside) ASSERT_EQ(order.cell_of()[i], number);
+        ++number;
+      }
     }
-    return false;
-  });
-  for (std::size_t i = 0; i < 5000; ++i) ASSERT_EQ(order.point(i), expected[i]) << i;
-  EXPECT_FALSE(order.sort(*cloud, 1e-8));
+  }
+  test::OwnedSurface cloud = test::random_cloud(kPoints, 1.0, 17);
+  EXPECT_FALSE(order.number(*cloud, 1e-8));
 }
 
 TEST(PlaneNormals, AreThoseOfAPlaneAndTheSameOnEveryTarget) {
