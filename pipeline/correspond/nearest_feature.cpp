@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <string_view>
 
 namespace grapnel {
@@ -49,6 +50,8 @@ void NearestFeature::reserve(Arena& arena, const Limits& limits) {
                                        (std::max<std::size_t>(params_.top, 1) + 1));
   best_of_target_ = arena.take<kernels::BestRow>(limits.max_keypoints);
   queries_ = arena.take<float>(limits.max_keypoints * length);
+  row_ = arena.take<float>(length);
+  order_ = arena.take<std::uint32_t>(length);
   blocks_ = arena.take<float>(padded * length);
   bias_ = arena.take<float>(padded);
   for (std::span<double>* row : {&left_, &right_}) {
@@ -58,15 +61,14 @@ void NearestFeature::reserve(Arena& arena, const Limits& limits) {
 
 std::span<const double> NearestFeature::prepare(std::span<const float> row,
                                                 std::span<double> out) const noexcept {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    out[i] = static_cast<double>(row[i]);
-    sum += out[i];
-  }
+  std::copy(row.begin(), row.end(), out.begin());
   const bool normalise =
       params_.normalise == Normalise::Yes ||
       (params_.normalise == Normalise::Auto && compares_distributions(params_.metric));
-  if (normalise && sum > 0.0) {
+  if (!normalise) return out.first(row.size());
+  double sum = 0.0;
+  for (const double value : out.first(row.size())) sum += value;
+  if (sum > 0.0) {
     const double scale = 1.0 / (1.0 + kFloor * static_cast<double>(row.size()));
     for (std::size_t i = 0; i < row.size(); ++i) out[i] = (out[i] / sum + kFloor) * scale;
   }
@@ -82,21 +84,49 @@ void NearestFeature::fill_blocks(const FeatureMatrix& rows, MetricSide side) noe
                 row % kernels::kRowsInBlock;
     const bool findable = row < rows.rows && !all_zero(rows.row(row));
     bias_[row] = findable ? 0.0F : kInfinity;
-    // The queries' memory is free until they are written: the row passes through its start.
-    const std::span<float> through = queries_.first(length);
-    std::ranges::fill(through, 0.0F);
+    const std::span<float> row_of = row_.first(length);
+    std::ranges::fill(row_of, 0.0F);
     if (findable) {
       transform_row(params_.metric, {params_.source_factor, params_.target_factor}, side,
-                    prepare(rows.row(row), left_), through);
+                    prepare(rows.row(row), left_), row_of);
     }
-    for (std::size_t i = 0; i < length; ++i) to[i * kernels::kRowsInBlock] = through[i];
+    for (std::size_t i = 0; i < length; ++i) to[i * kernels::kRowsInBlock] = row_of[order_[i]];
   }
+}
+
+void NearestFeature::order_elements(const FeatureMatrix& rows, std::size_t length) noexcept {
+  const std::span<std::uint32_t> order = order_.first(length);
+  std::iota(order.begin(), order.end(), 0U);
+  // Elements of several parts are no elements of the row.
+  if (plan_.parts > 1 || plan_.extra > 0) return;
+  const std::span<double> mean = left_.first(length);
+  const std::span<double> spread = right_.first(length);
+  std::ranges::fill(mean, 0.0);
+  std::ranges::fill(spread, 0.0);
+  for (std::size_t r = 0; r < rows.rows; ++r) {
+    const std::span<const float> row = rows.row(r);
+    for (std::size_t i = 0; i < length; ++i) mean[i] += static_cast<double>(row[i]);
+  }
+  for (double& value : mean) value /= static_cast<double>(rows.rows);
+  for (std::size_t r = 0; r < rows.rows; ++r) {
+    const std::span<const float> row = rows.row(r);
+    for (std::size_t i = 0; i < length; ++i) {
+      const double off = static_cast<double>(row[i]) - mean[i];
+      spread[i] += off * off;
+    }
+  }
+  // What is no number has its place too.
+  for (double& value : spread) value = value > 0.0 ? value : 0.0;
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    return spread[a] > spread[b] || (spread[a] == spread[b] && a < b);
+  });
 }
 
 void NearestFeature::search_fast(const FeatureMatrix& queries, const FeatureMatrix& rows,
                                  MetricSide queries_are, std::size_t kept,
                                  std::span<kernels::BestRow> best) noexcept {
   const std::size_t length = plan_.length(rows.dimension);
+  order_elements(rows, length);
   fill_blocks(rows, queries_are == MetricSide::Source ? MetricSide::Target : MetricSide::Source);
   const kernels::RowBlocks blocks{blocks_.data(), bias_.data(),
                                   (rows.rows + kernels::kRowsInBlock - 1) / kernels::kRowsInBlock,
@@ -114,7 +144,8 @@ void NearestFeature::search_fast(const FeatureMatrix& queries, const FeatureMatr
     if (all_zero(queries.row(q))) continue;
     const std::span<float> row = queries_.subspan(q * length, length);
     transform_row(params_.metric, {params_.source_factor, params_.target_factor}, queries_are,
-                  prepare(queries.row(q), left_), row);
+                  prepare(queries.row(q), left_), row_.first(length));
+    for (std::size_t i = 0; i < length; ++i) row[i] = row_[order_[i]];
     group[count] = row.data();
     lists[count] = best.data() + q * kept;
     if (++count == kernels::kQueriesAtOnce) flush();

@@ -54,6 +54,8 @@ class NearestFeature final : public FeatureMatcher {
                    std::size_t kept, std::span<kernels::BestRow> best) noexcept;
   void search_plain(const FeatureMatrix& queries, const FeatureMatrix& rows, MetricSide queries_are,
                     std::size_t kept, std::span<kernels::BestRow> best) noexcept;
+  /// By how much they differ among the rows, most first, so that sums grow early.
+  void order_elements(const FeatureMatrix& rows, std::size_t length) noexcept;
   void fill_blocks(const FeatureMatrix& rows, MetricSide side) noexcept;
   /// A row as the metric reads it.
   std::span<const double> prepare(std::span<const float> row, std::span<double> out) const noexcept;
@@ -68,6 +70,8 @@ class NearestFeature final : public FeatureMatcher {
   std::span<kernels::BestRow> best_;            // rows × (top + 1), nearest first
   std::span<kernels::BestRow> best_of_target_;  // nearest source of each target
   std::span<float> queries_;                    // transformed, row after row
+  std::span<float> row_;                        // one, before its elements are put in order
+  std::span<std::uint32_t> order_;              // element of the row at each place
   std::span<float> blocks_, bias_;
   std::span<double> left_, right_;
 };

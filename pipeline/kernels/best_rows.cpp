@@ -1,6 +1,7 @@
 #include "pipeline/kernels/best_rows.h"
 
 #include <array>
+#include <bit>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -118,7 +119,7 @@ void Search(const RowBlocks& rows, const float* const* queries, std::size_t coun
   using D = hn::CappedTag<float, kRowsInBlock>;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
-  const std::size_t early = Op::kGrows ? rows.length / 3 : 0;
+  const std::size_t early = Op::kGrows ? rows.length / 4 : 0;
   // Absent queries repeat the first one and want nothing.
   std::array<float, kQueriesAtOnce> limits;
   limits.fill(-std::numeric_limits<float>::infinity());
@@ -137,9 +138,13 @@ void Search(const RowBlocks& rows, const float* const* queries, std::size_t coun
       if (!AnyBelow(d, sums, limits.data())) continue;
       const auto first = static_cast<std::int32_t>(b * kRowsInBlock + lane);
       for (std::size_t q = 0; q < count; ++q) {
+        std::uint8_t below = 0;
+        hn::StoreMaskBits(d, hn::Lt(sums.of[q], hn::Set(d, limits[q])), &below);
+        if (below == 0) continue;
         hn::Store(sums.of[q], d, scores.data());
-        for (std::size_t k = 0; k < lanes; ++k) {
-          Insert(scores[k], first + static_cast<std::int32_t>(k), kept, best[q]);
+        for (unsigned bits = below; bits != 0; bits &= bits - 1) {
+          const int k = std::countr_zero(bits);
+          Insert(scores[static_cast<std::size_t>(k)], first + k, kept, best[q]);
         }
         limits[q] = best[q][kept - 1].score;
       }
