@@ -45,6 +45,16 @@ void normalise_thirds(std::span<const Real> sums, std::span<float> row) noexcept
   }
 }
 
+/// In two pieces of known length, which are a few vectors each.
+void swap_rows(std::span<float> a, std::span<float> b) noexcept {
+  std::array<float, FpfhEstimator::kDimension> from_a;
+  std::array<float, FpfhEstimator::kDimension> from_b;
+  std::copy_n(a.begin(), from_a.size(), from_a.begin());
+  std::copy_n(b.begin(), from_b.size(), from_b.begin());
+  std::ranges::copy(from_b, a.begin());
+  std::ranges::copy(from_a, b.begin());
+}
+
 }  // namespace
 
 void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
@@ -55,7 +65,7 @@ void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
   points_ = arena.take<float>(points * kernels::kOrientedRow);
   weights_ = arena.take<float>(points + kernels::kRowSlack);
   rows_ = arena.take<std::int32_t>(points + kernels::kRowSlack);
-  for (std::span<std::int32_t>* list : {&row_of_point_, &row_at_, &others_}) {
+  for (std::span<std::int32_t>* list : {&keypoint_of_point_, &row_at_, &keypoint_of_, &others_}) {
     *list = arena.take<std::int32_t>(points);
   }
   bins_ = arena.take<std::int32_t>(max_neighbours_ + 8);
@@ -65,12 +75,13 @@ void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
 }
 
 void FpfhEstimator::arrange(const Surface& surface, std::span<const Keypoint> keypoints) noexcept {
-  std::fill_n(row_of_point_.begin(), surface.size, -1);
+  std::fill_n(keypoint_of_point_.begin(), surface.size, -1);
   for (std::size_t k = keypoints.size(); k-- > 0;) {
     const auto point = static_cast<std::size_t>(keypoints[k].point);
-    if (surface.has_normal(point)) row_of_point_[point] = static_cast<std::int32_t>(k);
+    if (surface.has_normal(point)) keypoint_of_point_[point] = static_cast<std::int32_t>(k);
   }
   all_normals_ = true;
+  row_count_ = 0;
   for (std::size_t position = 0; position < surface.size; ++position) {
     const std::size_t point = search_.point_at(position);
     const std::array<float, kernels::kOrientedRow> row = {surface.x[point],
@@ -82,7 +93,11 @@ void FpfhEstimator::arrange(const Surface& surface, std::span<const Keypoint> ke
                                                           0.0F,
                                                           0.0F};
     std::ranges::copy(row, points_.data() + position * row.size());
-    row_at_[position] = row_of_point_[point];
+    row_at_[position] = keypoint_of_point_[point];
+    if (row_at_[position] >= 0) {
+      keypoint_of_[row_count_] = row_at_[position];
+      row_at_[position] = static_cast<std::int32_t>(row_count_++);
+    }
     all_normals_ = all_normals_ && surface.has_normal(point);
   }
 }
@@ -172,18 +187,37 @@ void FpfhEstimator::add_to_rows(std::size_t count, FeatureMatrix& features) noex
   }
 }
 
+void FpfhEstimator::move_rows(FeatureMatrix& features) noexcept {
+  constexpr std::int32_t kEmpty = -1;
+  for (std::size_t row = 0; row < row_count_; ++row) {
+    // Each round brings one row to its keypoint, and what was there here.
+    while (keypoint_of_[row] != kEmpty && keypoint_of_[row] != static_cast<std::int32_t>(row)) {
+      const auto to = static_cast<std::size_t>(keypoint_of_[row]);
+      swap_rows(features.row(row), features.row(to));
+      keypoint_of_[row] = to < row_count_ ? keypoint_of_[to] : kEmpty;
+      if (to < row_count_) keypoint_of_[to] = static_cast<std::int32_t>(to);
+    }
+  }
+}
+
 void FpfhEstimator::finish_rows(std::span<const Keypoint> keypoints,
                                 FeatureMatrix& features) noexcept {
+  if (params_.engine == Engine::Fast) {
+    for (std::size_t row = 0; row < row_count_; ++row) {
+      normalise_thirds<float>(features.row(row), features.row(row));
+    }
+    move_rows(features);
+  } else {
+    for (std::size_t row = 0; row < row_count_; ++row) {
+      normalise_thirds<double>(plain_sums_.subspan(row * kDimension, kDimension),
+                               features.row(static_cast<std::size_t>(keypoint_of_[row])));
+    }
+  }
   for (std::size_t k = 0; k < keypoints.size(); ++k) {
-    const std::int32_t owner = row_of_point_[static_cast<std::size_t>(keypoints[k].point)];
-    if (owner < 0) continue;
-    if (static_cast<std::size_t>(owner) != k) {
-      // The same point once more: the first one's row is finished already.
+    const std::int32_t owner = keypoint_of_point_[static_cast<std::size_t>(keypoints[k].point)];
+    // The same point once more.
+    if (owner >= 0 && static_cast<std::size_t>(owner) != k) {
       std::ranges::copy(features.row(static_cast<std::size_t>(owner)), features.row(k).begin());
-    } else if (params_.engine == Engine::Fast) {
-      normalise_thirds<float>(features.row(k), features.row(k));
-    } else {
-      normalise_thirds<double>(plain_sums_.subspan(k * kDimension, kDimension), features.row(k));
     }
   }
 }

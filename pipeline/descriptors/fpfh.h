@@ -58,6 +58,8 @@ class FpfhEstimator final : public DescriptorEstimator {
   void count_fast(std::size_t position, std::span<const std::int32_t> others) noexcept;
   void count_plain(std::size_t position, std::span<const std::int32_t> others) noexcept;
   void add_to_rows(std::size_t count, FeatureMatrix& features) noexcept;
+  /// From the order of the positions to that of the keypoints.
+  void move_rows(FeatureMatrix& features) noexcept;
   void finish_rows(std::span<const Keypoint> keypoints, FeatureMatrix& features) noexcept;
 
   FpfhParams params_;
@@ -65,9 +67,12 @@ class FpfhEstimator final : public DescriptorEstimator {
   float radius_m_ = 0.0F;
   bool all_normals_ = false;
   NeighbourSearch search_;
-  std::span<float> points_;               // rows of kOrientedRow, by position
-  std::span<std::int32_t> row_of_point_;  // -1: no keypoint
-  std::span<std::int32_t> row_at_;        // the same by position
+  std::span<float> points_;                    // rows of kOrientedRow, by position
+  std::span<std::int32_t> keypoint_of_point_;  // -1: none
+  // Sums of keypoints near one another lie near one another, in the order of their positions.
+  std::span<std::int32_t> row_at_;       // of each position; -1: no keypoint
+  std::span<std::int32_t> keypoint_of_;  // of each row
+  std::size_t row_count_ = 0;
   std::span<std::int32_t> others_, bins_, rows_;
   std::span<float> weights_;
   std::array<float, 40> histogram_{};  // 33 bins, padded for the weighted sum

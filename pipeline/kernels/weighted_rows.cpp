@@ -18,13 +18,16 @@ void AddWeightedRow(const float* HWY_RESTRICT row, std::span<const std::int32_t>
                     const float* HWY_RESTRICT weights, std::size_t stride,
                     float* HWY_RESTRICT matrix) {
   const hn::CappedTag<float, 8> d;
-  const std::size_t lanes = hn::Lanes(d);
+  constexpr std::size_t kLanes = hn::MaxLanes(d);
+  constexpr std::size_t kVectors = kWeightedLength / kLanes;
+  hn::Vec<decltype(d)> own[kVectors];
+  for (std::size_t k = 0; k < kVectors; ++k) own[k] = hn::LoadU(d, row + k * kLanes);
   for (std::size_t i = 0; i < targets.size(); ++i) {
     float* to = matrix + static_cast<std::size_t>(targets[i]) * stride;
     const auto weight = hn::Set(d, weights[i]);
-    for (std::size_t k = 0; k < kWeightedLength; k += lanes) {
-      const auto sum = hn::Add(hn::LoadU(d, to + k), hn::Mul(weight, hn::LoadU(d, row + k)));
-      hn::StoreU(sum, d, to + k);
+    for (std::size_t k = 0; k < kVectors; ++k) {
+      const auto sum = hn::Add(hn::LoadU(d, to + k * kLanes), hn::Mul(weight, own[k]));
+      hn::StoreU(sum, d, to + k * kLanes);
     }
   }
 }
