@@ -194,28 +194,27 @@ bool ObjectSearch::refine(const ModelIndex& model, const MeasuredObject& object,
   return true;
 }
 
-Candidate ObjectSearch::first_look(const ModelIndex& model, const MeasuredObject& glanced,
-                                   const Pose& pose, double floor_m) noexcept {
+Candidate ObjectSearch::look(const ModelIndex& model, const MeasuredObject& object,
+                             const Pose& pose, double floor_m, bool whole) noexcept {
   Candidate candidate;
   candidate.refined.target_from_source = pose;
-  render_.render(model.fine, pose, *glanced.view);
-  render_.find_contour(model.fine, pose, *glanced.view);
-  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *glanced.view,
-                                            *glanced.edges, kFirstLook * floor_m, false);
+  render_.render(model.fine, pose, *object.view);
+  render_.find_contour(model.fine, pose, *object.view);
+  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *object.view,
+                                            *object.edges, floor_m, whole);
   candidate.worth = worth(candidate.evidence);
   return candidate;
 }
 
+Candidate ObjectSearch::first_look(const ModelIndex& model, const MeasuredObject& glanced,
+                                   const Pose& pose, double floor_m) noexcept {
+  return look(model, glanced, pose, kFirstLook * floor_m, false);
+}
+
 void ObjectSearch::verify_pose(const ModelIndex& model, const MeasuredObject& object,
                                const RefinedPose& refined, double floor_m) noexcept {
-  Candidate candidate;
+  Candidate candidate = look(model, object, refined.target_from_source, floor_m, true);
   candidate.refined = refined;
-  const Pose& pose = refined.target_from_source;
-  render_.render(model.fine, pose, *object.view);
-  render_.find_contour(model.fine, pose, *object.view);
-  candidate.evidence = verification_.verify(model.fine, model.flat, pose, render_, *object.view,
-                                            *object.edges, floor_m);
-  candidate.worth = worth(candidate.evidence);
   keep_candidate(model, candidate);
 }
 

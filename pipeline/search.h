@@ -102,6 +102,9 @@ class ObjectSearch {
   /// Fine refinement; false when it lost its partners.
   bool refine(const ModelIndex& model, const MeasuredObject& object, const Pose& start,
               RefinedPose& refined) noexcept;
+  /// What the measurement says of a pose; without `whole` for its worth alone.
+  [[nodiscard]] Candidate look(const ModelIndex& model, const MeasuredObject& object,
+                               const Pose& pose, double floor_m, bool whole) noexcept;
   /// A first look at a pose that is not fine yet: at a wide tolerance, for its worth alone.
   [[nodiscard]] Candidate first_look(const ModelIndex& model, const MeasuredObject& glanced,
                                      const Pose& pose, double floor_m) noexcept;
