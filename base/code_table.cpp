@@ -31,7 +31,7 @@ constexpr std::array<CodeEntry, 72> kCodes = {{
      "Too small a share of the visible model is matched by the measurement.",
      "Wrong part, deformed part, or a limit set too high."},
     {Code::Ambiguous, "Ambiguous", "ambiguous",
-     "Another, distinct pose explains the measurement nearly as well.",
+     "Another, distinct pose or the mirror image explains the measurement nearly as well.",
      "Declare the model's symmetry, or show the side that tells the poses apart."},
     {Code::FreeSpaceViolated, "FreeSpaceViolated", "free space violated",
      "The camera sees through surface that the model claims.", "Wrong part or wrong pose."},

@@ -30,6 +30,7 @@ class FrameJob {
   Status register_model(std::size_t model_i, RegistrationReport& report) noexcept;
   void judge(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
   void predict_deviation(std::size_t model_i, double floor_m, RegistrationReport& report) noexcept;
+  void look_at_mirror(const ModelIndex& model, double floor_m, Findings& findings) noexcept;
   void look_at_ground(const ModelIndex& model, double floor_m, Findings& findings) noexcept;
   void look_for_grasp(RegistrationReport& report) const noexcept;
   void name_touching(std::size_t model_i, RegistrationReport& report) const noexcept;

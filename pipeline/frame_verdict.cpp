@@ -31,6 +31,7 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     findings.evidence = best.evidence;
     findings.margin = s_.search.margin(model);
     const MeasuredObject object = measured();
+    look_at_mirror(model, floor_m, findings);
     s_.search.show_best(model, object);
     if (s_.stages.params.verdict.max_left_over > 0.0) {
       findings.left_over_m2 = s_.search.left_over_m2(model, object);
@@ -83,6 +84,17 @@ void FrameJob::look_at_ground(const ModelIndex& model, double floor_m,
   findings.ground_tolerance_m = std::max(findings.tolerance_m, floor_m);
   findings.ground =
       s_.search.ground_beside(model, measured(), findings.resting, findings.ground_tolerance_m);
+}
+
+/// Nobody needs to know of the mirror image of a part that is refused anyway.
+void FrameJob::look_at_mirror(const ModelIndex& model, double floor_m,
+                              Findings& findings) noexcept {
+  const VerdictParams& params = s_.stages.params.verdict;
+  if (!(params.min_mirror_margin > 0.0) || model.mirrored.empty()) return;
+  if (findings.margin < params.min_margin) return;
+  if (s_.search.candidates()[0].worth < least_accepted_worth(params)) return;
+  findings.has_mirror = true;
+  findings.mirror_margin = s_.search.mirror_margin(model, measured(), floor_m);
 }
 
 void FrameJob::look_for_grasp(RegistrationReport& report) const noexcept {

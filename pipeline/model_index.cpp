@@ -175,6 +175,7 @@ void ModelIndex::reserve(Arena& arena, const Model& model, const ModelIndexParam
   templates.reserve(arena, params.templates);
   coarse.reserve(arena, std::min(model.size(), limits.max_model_points), 0);
   siblings = FixedList<Sibling>(arena.take<Sibling>(kSiblings));
+  mirrored = FixedList<Sibling>(arena.take<Sibling>(kSiblings));
   keypoints = KeypointSet(arena.take<Keypoint>(limits.max_keypoints));
   features.reserve(arena, limits.max_keypoints, descriptor_dimension);
 }
@@ -197,6 +198,8 @@ void ModelIndex::build(const Model& model, const ModelIndexParams& params, doubl
   samples.draw(fine, Rng(model.hash));
   templates.build(fine, params.templates);
   find_siblings(coarse, coarse_table, centre, diameter_m, symmetry, siblings);
+  find_mirrored_siblings({fine, table, closed}, coarse, coarse_table, centre, diameter_m, symmetry,
+                         mirrored);
 }
 
 }  // namespace grapnel

@@ -41,6 +41,7 @@ struct ModelIndex {
   bool closed = false;           ///< its surface encloses a volume
   static constexpr std::size_t kSiblings = 12;
   FixedList<Sibling> siblings;  ///< what nearly maps the model onto itself, nearest first
+  FixedList<Sibling> mirrored;  ///< and its mirror image onto it; empty where that is the model
 
   /// Points at the spacing of the measured surfaces, with features made by the preset's own stages.
   Surface coarse;

@@ -90,6 +90,8 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
     {"ground_m", Code::ImplausibleOnBelt,
      "distance of the part's underside from the ground that is seen beside it", Bound::AtMost, 1e3,
      1, " mm"},
+    {"mirror_margin", Code::Ambiguous, "its mirror image fits as well: margin to it",
+     Bound::AtLeast, 1.0, 3, ""},
 }};
 
 const Wording& wording_of(Check check) noexcept {

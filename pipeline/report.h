@@ -45,6 +45,7 @@ enum class Check : std::uint8_t {
   Sunk,
   LeastShare,
   Ground,
+  Mirror,
   kCount
 };
 

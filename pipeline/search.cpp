@@ -28,6 +28,8 @@ constexpr double kAlternative = 0.4;
 constexpr double kRival = 0.6;
 // …and may take its place when they are as good as equal.
 constexpr double kEqual = 0.9;
+// Where the readings tell a mirror image apart this surely, its worth is not asked for.
+constexpr double kToldApart = 0.5;
 constexpr std::size_t kMaxContour = 4096;
 // What is cut off from an object by a step in depth and still is of it lies this near, in
 // diameters.
@@ -333,6 +335,26 @@ double ObjectSearch::margin(const ModelIndex& model) const noexcept {
     }
     const double ratio = std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
     least = std::min(least, std::max(1.0 - ratio, candidates_[i].told_apart));
+  }
+  return least;
+}
+
+double ObjectSearch::mirror_margin(const ModelIndex& model, const MeasuredObject& object,
+                                   double floor_m) noexcept {
+  if (model.mirrored.empty() || candidates_.empty() || !(candidates_[0].worth > 0.0)) return 1.0;
+  const Candidate& best = candidates_[0];
+  render_.render(model.fine, best.refined.target_from_source, *object.view);
+  rivals_.keep(render_);
+  double least = 1.0;
+  for (const Sibling& near : model.mirrored) {
+    const Pose mirrored = best.refined.target_from_source * near.motion;
+    render_.render(model.fine, mirrored, *object.view);
+    double apart = rivals_.against(render_, *object.view, object.shared_px).certainty();
+    if (apart < kToldApart) {
+      const double worth = look(model, object, mirrored, floor_m, false).worth;
+      apart = std::max(apart, 1.0 - std::max(0.0, worth) / best.worth);
+    }
+    least = std::min(least, apart);
   }
   return least;
 }

@@ -83,6 +83,10 @@ class ObjectSearch {
   /// From the best candidate to the nearest distinct one, 0…1: 1 - S2/S1, or how surely the
   /// surface where the two differ tells them apart, whichever is more; 1 when there is no other.
   [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
+  /// From the best candidate to the model's mirror image where that comes nearest to it, 0…1, as
+  /// margin(); 1 where the model has none. O(mirrored siblings × pixels of the model).
+  [[nodiscard]] double mirror_margin(const ModelIndex& model, const MeasuredObject& object,
+                                     double floor_m) noexcept;
   /// Renders the best candidate, outline included, for what looks at it alone. Precondition of all
   /// below: there is one, and this was called.
   void show_best(const ModelIndex& model, const MeasuredObject& object) noexcept;

@@ -64,6 +64,9 @@ FieldTable verdict_fields() noexcept {
           "of a flat match: fitness times the share of its outline that depth edges prove"),
       number_field<&P::min_margin>("min_margin", "", 0.0, 1.0,
                                    "distance to the second-best distinct pose"),
+      number_field<&P::min_mirror_margin>(
+          "min_mirror_margin", "", 0.0, 1.0,
+          "distance to the mirror image, of a part that is not its own; 0 = off"),
       number_field<&P::max_sigma_m>("max_sigma_m", "m", 0.0, 1.0,
                                     "predicted deviation, weakest required direction"),
       number_field<&P::max_sigma_rad>("max_sigma_rad", "rad", 0.0, 1.0,
@@ -145,6 +148,9 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
                     params.min_flat_proof, 1.0);
   }
   checks.at_least(Check::Margin, findings.margin, params.min_margin, 1.0);
+  if (findings.has_mirror) {
+    checks.at_least(Check::Mirror, findings.mirror_margin, params.min_mirror_margin, 1.0);
+  }
   checks.at_most(Check::Shift, findings.sigma_m, params.max_sigma_m);
   checks.at_most(Check::Turn, findings.sigma_rad, params.max_sigma_rad);
   if (findings.has_belt) {

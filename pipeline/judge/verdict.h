@@ -26,6 +26,7 @@ struct VerdictParams {
   double min_second_face = 0.10;  ///< a match with less off its main direction is flat
   double min_flat_proof = 0.65;   ///< fitness × proven share of the outline, of a flat match
   double min_margin = 0.10;
+  double min_mirror_margin = 0.10;  ///< to the mirror image of a part that differs from it; 0 = off
   double max_sigma_m = 0.002;
   double max_sigma_rad = 0.0175;
   double floor_m = 0.0;              ///< match tolerance at the least; 0 = auto
@@ -40,6 +41,8 @@ struct VerdictParams {
 struct Findings {
   Evidence evidence;
   double margin = 0.0;
+  bool has_mirror = false;     ///< the part differs from its mirror image, and that was looked at
+  double mirror_margin = 0.0;  ///< to it, like margin
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
   double diameter_m = 0.0;

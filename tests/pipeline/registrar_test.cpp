@@ -236,6 +236,96 @@ TEST(Registrar, APartThatTwoModelsFitIsAmbiguous) {
   EXPECT_EQ(result.value().code, Code::Ambiguous);
 }
 
+/// A box with a block on its top near one corner: nothing but the block tells it from its mirror
+/// image, in which the block lies at the other end of x.
+struct BlockedBox {
+  static constexpr double kBlock_m = 0.03;
+  Vec3d body_m = {0.4, 0.3, 0.2};
+  Vec3d block_m = {0.1, 0.08, kBlock_m};
+  Vec3d block_at = {-0.11, -0.07, 0.1 + 0.5 * kBlock_m};
+
+  [[nodiscard]] Model model() const {
+    CloudData cloud = test::box_cloud(body_m, 0.005);
+    const CloudData block = test::box_cloud(block_m, 0.005);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      if (block.nz[i] < -0.5F) continue;  // the block's underside is none
+      cloud.x.push_back(block.x[i] + static_cast<float>(block_at.x()));
+      cloud.y.push_back(block.y[i] + static_cast<float>(block_at.y()));
+      cloud.z.push_back(block.z[i] + static_cast<float>(block_at.z()));
+      cloud.nx.push_back(block.nx[i]);
+      cloud.ny.push_back(block.ny[i]);
+      cloud.nz.push_back(block.nz[i]);
+    }
+    cloud.width = static_cast<int>(cloud.size());
+    return model_from_cloud(cloud, "blocked box");
+  }
+  /// The part, or its mirror image, in a frame.
+  [[nodiscard]] test::BoxScene scene(const Pose& camera_from_part, bool mirrored) const {
+    test::BoxScene scene(640, 480, 540.0, kBelt_m);
+    scene.add(camera_from_part, body_m);
+    Vec3d at = block_at;
+    if (mirrored) at.x() = -at.x();
+    Pose block = camera_from_part;
+    block.translation() = camera_from_part * at;
+    scene.add(block, block_m);
+    scene.add_noise(17);
+    return scene;
+  }
+  /// The block up; or on a side, with the block hidden below the face that the camera sees.
+  [[nodiscard]] static Pose block_up() {
+    return test::lying({0.4, 0.3, 0.2}, kBelt_m, 0.02, 0.01, 0.3);
+  }
+  [[nodiscard]] static Pose on_its_side() {
+    Pose pose = Pose::Identity();
+    // z of the part to the image's right, away from its middle; x up the image, y toward the
+    // camera.
+    pose.linear().col(2) = Vec3d::UnitX();
+    pose.linear().col(1) = -Vec3d::UnitZ();
+    pose.linear().col(0) = pose.linear().col(1).cross(pose.linear().col(2));
+    pose.translation() = Vec3d(0.10, 0.0, kBelt_m - 0.15);
+    return pose;
+  }
+};
+
+RegistrationReport report_of_one(Registrar& registrar, const test::BoxScene& scene) {
+  const Result<RegistrationReports> result = registrar.run(scene.frame(), {});
+  EXPECT_TRUE(result.ok());
+  EXPECT_EQ(result.value().objects.size(), 1U);
+  return result.value().objects[0];
+}
+
+TEST(Registrar, APartWhoseTellingBlockIsSeenIsToldFromItsMirrorImage) {
+  const BlockedBox part;
+  Preset preset = box_preset();
+  preset.models = {part.model()};
+  const auto registrar = Registrar::create(preset);
+  const RegistrationReport report =
+      report_of_one(*registrar, part.scene(BlockedBox::block_up(), false));
+  EXPECT_TRUE(report.accepted) << reasons_of(report);
+  EXPECT_GT(report.measured[Check::Mirror], 0.3F);
+  EXPECT_FALSE(report_of_one(*registrar, part.scene(BlockedBox::block_up(), true)).accepted);
+}
+
+TEST(Registrar, APartWhoseMirrorImageFitsAsWellIsAmbiguous) {
+  const BlockedBox part;
+  Preset preset = box_preset();
+  preset.models = {part.model()};
+  const auto judging = Registrar::create(preset);
+  preset = box_preset({"accept.min_mirror_margin=0"});
+  preset.models = {part.model()};
+  const auto careless = Registrar::create(preset);
+  for (const bool mirrored : {false, true}) {
+    const test::BoxScene scene = part.scene(BlockedBox::on_its_side(), mirrored);
+    const RegistrationReport report = report_of_one(*judging, scene);
+    EXPECT_FALSE(report.accepted);
+    EXPECT_EQ(report.code, Code::Ambiguous);
+    EXPECT_EQ(reasons_of(report).find("its mirror image fits as well"), 0U) << reasons_of(report);
+    // There is no other reason.
+    const RegistrationReport unasked = report_of_one(*careless, scene);
+    EXPECT_TRUE(unasked.accepted) << reasons_of(unasked);
+  }
+}
+
 TEST(Registrar, AHandInViewWithoutThePartIsRejected) {
   const auto registrar = Registrar::create(box_preset());
   test::BoxScene scene(640, 480, 540.0, kBelt_m);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "base/cloud.h"
@@ -12,8 +13,9 @@ namespace {
 
 constexpr double kStep_m = 0.008;
 
-/// A box's faces in points 8 mm apart, and a block on its top near one corner where wanted.
-CloudData box_with_block(const Vec3d& size_m, double block_m) {
+/// A box's faces in points 8 mm apart, and a block on its top where wanted: half way to one corner,
+/// or to the middle of one edge.
+CloudData box_with_block(const Vec3d& size_m, double block_m, bool at_corner) {
   CloudData cloud;
   const Vec3d half = 0.5 * size_m;
   const auto add = [&cloud](const Vec3d& p, int axis, double side) {
@@ -34,9 +36,9 @@ CloudData box_with_block(const Vec3d& size_m, double block_m) {
           p[axis] = side * half[axis];
           p[b] = s;
           p[c] = t;
-          const bool on_block = axis == 2 && side > 0.0 &&
-                                std::fabs(p.x() + 0.5 * half.x()) < 0.3 * half.x() &&
-                                std::fabs(p.y() + 0.5 * half.y()) < 0.3 * half.y();
+          const bool on_block =
+              axis == 2 && side > 0.0 && std::fabs(p.x() + 0.5 * half.x()) < 0.3 * half.x() &&
+              std::fabs(p.y() + (at_corner ? 0.5 : 0.0) * half.y()) < 0.3 * half.y();
           if (on_block) p.z() += block_m;
           add(p, axis, side);
         }
@@ -50,17 +52,32 @@ CloudData box_with_block(const Vec3d& size_m, double block_m) {
 /// A part and what find_siblings() says of it.
 class Part {
  public:
-  Part(const Vec3d& size_m, double block_m, Symmetry symmetry)
-      : surface_(test::surface_of(box_with_block(size_m, block_m))), memory_([this](Arena& arena) {
+  Part(const Vec3d& size_m, double block_m, Symmetry symmetry, bool at_corner = true)
+      : surface_(test::surface_of(box_with_block(size_m, block_m, at_corner))),
+        memory_([this](Arena& arena) {
           table_.reserve(arena, 200000);
           siblings_ = FixedList<Sibling>(arena.take<Sibling>(12));
+          mirrored_ = FixedList<Sibling>(arena.take<Sibling>(12));
         }) {
     surface_->spacing_m = kStep_m;
     table_.build(*surface_, 0.15 * size_m.norm());
     find_siblings(*surface_, table_, Vec3d::Zero(), size_m.norm(), symmetry, siblings_);
+    find_mirrored_siblings({*surface_, table_, true}, *surface_, table_, Vec3d::Zero(),
+                           size_m.norm(), symmetry, mirrored_);
   }
 
   [[nodiscard]] const FixedList<Sibling>& siblings() const { return siblings_; }
+  [[nodiscard]] const FixedList<Sibling>& mirrored() const { return mirrored_; }
+  /// The share of the mirrored sibling that is the reflection along `axis`, 0 when there is none.
+  [[nodiscard]] double reflection(int axis) const {
+    Mat3d reflection = Mat3d::Identity();
+    reflection(axis, axis) = -1.0;
+    for (const Sibling& sibling : mirrored_) {
+      // Within 3 degrees.
+      if ((sibling.motion.linear().transpose() * reflection).trace() > 2.997) return sibling.share;
+    }
+    return 0.0;
+  }
   /// The share of the sibling that is the half turn about `axis`, 0 when there is none.
   [[nodiscard]] double half_turn(int axis) const {
     Mat3d turn = -Mat3d::Identity();
@@ -76,6 +93,7 @@ class Part {
   test::OwnedSurface surface_;
   ClosestPointTable table_;
   FixedList<Sibling> siblings_;
+  FixedList<Sibling> mirrored_;
   test::ArenaMemory memory_;
 };
 
@@ -113,6 +131,36 @@ TEST(SelfSimilarity, ACubeHasItsTwentyThreeTurnsAsFarAsTheyFit) {
       EXPECT_NEAR(entry, std::round(entry), 0.02);
     }
   }
+}
+
+TEST(MirroredSiblings, ABoxHasNoneAsItIsItsOwnMirrorImage) {
+  for (const Symmetry symmetry : {Symmetry::None, Symmetry::Z180, Symmetry::Box}) {
+    EXPECT_TRUE(Part({0.4, 0.3, 0.2}, 0.0, symmetry).mirrored().empty());
+  }
+}
+
+TEST(MirroredSiblings, APartWithOnePlaneOfSymmetryHasNone) {
+  // The block lies half way to the middle of one edge: y -> -y maps the part onto itself.
+  EXPECT_TRUE(Part({0.4, 0.3, 0.2}, 0.03, Symmetry::None, false).mirrored().empty());
+}
+
+TEST(MirroredSiblings, ABlockNearOneCornerIsToldFromEachOfItsReflections) {
+  const Part part({0.4, 0.3, 0.2}, 0.03, Symmetry::None);
+  // The three reflections of a box along its axes, and the one in its centre.
+  EXPECT_EQ(part.mirrored().size(), 4U);
+  for (const Sibling& sibling : part.mirrored()) {
+    EXPECT_NEAR(sibling.motion.linear().determinant(), -1.0, 1e-9);
+  }
+  // As of the half turns: the block and where it is carried to, 4 % of the surface and its edges.
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_GT(part.reflection(axis), 0.90) << axis;
+    EXPECT_LT(part.reflection(axis), 0.985) << axis;
+  }
+}
+
+TEST(MirroredSiblings, ABlockThatReadingsHardlyShowMakesNone) {
+  // A sheet of 3 mm on a part of half a metre: a reading's noise at one metre is 1.5 mm.
+  EXPECT_TRUE(Part({0.4, 0.3, 0.2}, 0.003, Symmetry::None).mirrored().empty());
 }
 
 }  // namespace

@@ -334,6 +334,8 @@ Findings good_findings() {
   findings.evidence.rmse_m = 0.001;
   findings.evidence.second_face = 0.3;
   findings.margin = 0.8;
+  findings.has_mirror = true;
+  findings.mirror_margin = 0.8;
   findings.sigma_m = 0.0005;
   findings.sigma_rad = 0.002;
   findings.diameter_m = 0.5;
@@ -370,6 +372,7 @@ TEST(Verdict, NamesEveryFailingCheckWithItsFigures) {
        Code::UnexplainedForeground},
       {[](Findings& f) { f.evidence.edge = 0.3; }, Check::Outline, Code::ContourDisagrees},
       {[](Findings& f) { f.margin = 0.02; }, Check::Margin, Code::Ambiguous},
+      {[](Findings& f) { f.mirror_margin = 0.02; }, Check::Mirror, Code::Ambiguous},
       {[](Findings& f) { f.sigma_m = 0.01; }, Check::Shift, Code::NotObservable},
       {[](Findings& f) { f.sigma_rad = 0.1; }, Check::Turn, Code::NotObservable},
   };
