@@ -58,21 +58,17 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
 void FrameJob::predict_deviation(std::size_t model_i, double floor_m,
                                  RegistrationReport& report) noexcept {
   const ModelIndex& model = s_.models[model_i];
-  const GeneralParams& general = s_.stages.params.general;
   const Pose& pose = report.target_from_source;
   ReadingSpread spread;
   spread.floor_m = floor_m;
-  Mat6d information = s_.search.information(model, measured(), spread);
+  PoseReadings readings = s_.search.information(model, measured(), spread);
   if (const int axis = free_axis(model.symmetry); axis >= 0) {
-    take_turn_as_known(pose.translation(), pose.linear().col(axis), information);
+    take_turn_as_known(pose.translation(), pose.linear().col(axis), readings.information);
   }
-  const double z_m = (pose * model.centre).z();
-  ReadingErrors errors;
-  errors.sigma_m = 1.0;  // the information is per squared metre already
-  errors.common_lateral_m = general.common_error_px * z_m / (view_.intrinsics.fx * view_.stride);
-  errors.common_depth_m = general.common_error_sigmas *
-                          static_cast<double>(view_.noise.sigma_m(static_cast<float>(z_m)));
-  report.covariance = pose_covariance(information, errors);
+  const GeneralParams& general = s_.stages.params.general;
+  report.covariance = pose_covariance(
+      readings.information, readings.common, readings.misfit,
+      {general.common_error_px, general.common_error_px, general.common_error_sigmas});
 }
 
 void FrameJob::look_at_ground(const ModelIndex& model, double floor_m,

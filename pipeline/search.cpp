@@ -371,8 +371,8 @@ GroundBeside ObjectSearch::ground_beside(const ModelIndex& model, const Measured
                       *object.edges, resting.lowest_m, resting.highest_m, tolerance_m);
 }
 
-Mat6d ObjectSearch::information(const ModelIndex& model, const MeasuredObject& object,
-                                const ReadingSpread& spread) const noexcept {
+PoseReadings ObjectSearch::information(const ModelIndex& model, const MeasuredObject& object,
+                                       const ReadingSpread& spread) const noexcept {
   return pose_information(model.fine, candidates_[0].refined.target_from_source, render_,
                           *object.view, *object.edges, spread);
 }

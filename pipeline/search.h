@@ -96,8 +96,8 @@ class ObjectSearch {
   [[nodiscard]] GroundBeside ground_beside(const ModelIndex& model, const MeasuredObject& object,
                                            const Resting& resting, double tolerance_m) noexcept;
   /// What the measurement says about the best candidate's pose; see pose_information().
-  [[nodiscard]] Mat6d information(const ModelIndex& model, const MeasuredObject& object,
-                                  const ReadingSpread& spread) const noexcept;
+  [[nodiscard]] PoseReadings information(const ModelIndex& model, const MeasuredObject& object,
+                                         const ReadingSpread& spread) const noexcept;
 
  private:
   /// The object as a coarser view shows it, if it is large enough for that.

@@ -25,10 +25,9 @@ FieldTable general_fields() noexcept {
           "pose_error_px", "px", 1.0, 1000.0,
           "readings that count as one in the covariance of a pair's pose"),
       number_field<&P::common_error_px>("common_error_px", "px", 0.0, 100.0,
-                                        "error across the view that all readings of a part share"),
-      number_field<&P::common_error_sigmas>(
-          "common_error_sigmas", "sigmas", 0.0, 100.0,
-          "error along the view that all readings of a part share"),
+                                        "error across the view that all outlines of a part share"),
+      number_field<&P::common_error_sigmas>("common_error_sigmas", "sigmas", 0.0, 100.0,
+                                            "error along the view that all depths of a part share"),
       number_field<&P::max_components>(
           "max_components", "", 1, 32,
           "objects looked at in vain, largest first, before the search ends"),

@@ -13,6 +13,14 @@ namespace {
 // Below this share of the strongest direction nothing was measured; keeps the inverse finite.
 constexpr double kLeastInformation = 1e-9;
 
+Mat6d inverse_of(const Mat6d& information) noexcept {
+  Mat6d finite = information;
+  const double strongest = finite.diagonal().maxCoeff();
+  finite.diagonal().array() += std::max(kLeastInformation * strongest, 1e-12);
+  const Mat6d inverse = finite.ldlt().solve(Mat6d::Identity());
+  return 0.5 * (inverse + inverse.transpose());
+}
+
 }  // namespace
 
 RequiredDirections required_directions(const std::vector<std::string>& names, Symmetry symmetry) {
@@ -30,16 +38,20 @@ RequiredDirections required_directions(const std::vector<std::string>& names, Sy
 
 Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noexcept {
   const double variance = errors.sigma_m * errors.sigma_m * errors.readings_per_error;
-  Mat6d finite = information;
-  const double strongest = finite.diagonal().maxCoeff();
-  finite.diagonal().array() += std::max(kLeastInformation * strongest, 1e-12);
-  const Mat6d inverse = finite.ldlt().solve(Mat6d::Identity());
-  Mat6d covariance = variance * 0.5 * (inverse + inverse.transpose());
+  Mat6d covariance = variance * inverse_of(information);
   const double lateral = errors.common_lateral_m * errors.common_lateral_m;
   covariance(0, 0) += lateral;
   covariance(1, 1) += lateral;
   covariance(2, 2) += errors.common_depth_m * errors.common_depth_m;
   return covariance;
+}
+
+Mat6d pose_covariance(const Mat6d& information, const Eigen::Matrix<double, 6, 3>& common,
+                      const Vec6d& misfit, const Vec3d& common_sigma) noexcept {
+  const Mat6d inverse = inverse_of(information);
+  const Vec6d off = inverse * misfit;
+  const Eigen::Matrix<double, 6, 3> shift = inverse * common * common_sigma.asDiagonal();
+  return inverse + shift * shift.transpose() + off * off.transpose();
 }
 
 void take_turn_as_known(const Vec3d& point, const Vec3d& axis, Mat6d& information) noexcept {

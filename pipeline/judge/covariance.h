@@ -29,6 +29,14 @@ struct ReadingErrors {
 /// number of readings that share an error; and what no number of readings averages out.
 [[nodiscard]] Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noexcept;
 
+/// The same of readings whose variance the information holds already, and of sums of weight ×
+/// gradient × error over them, which the inverse information carries to shifts of the pose:
+/// `common`, of errors that many share, for `common_sigma` of each; and `misfit`, of what they
+/// deviate at the pose. Where that is not the pose that they fit best, nobody knows which errs.
+[[nodiscard]] Mat6d pose_covariance(const Mat6d& information,
+                                    const Eigen::Matrix<double, 6, 3>& common, const Vec6d& misfit,
+                                    const Vec3d& common_sigma) noexcept;
+
 /// Takes a turn about the line through `point` along `axis` (target frame) for known, as nothing
 /// depends on it: what little of it was measured must not reach the other directions.
 void take_turn_as_known(const Vec3d& point, const Vec3d& axis, Mat6d& information) noexcept;

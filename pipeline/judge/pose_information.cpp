@@ -18,30 +18,40 @@ int in_view(const DepthView& view, int sensor_px) noexcept {
   return (sensor_px + view.stride - 1) / view.stride;
 }
 
-/// Sums w J Jᵀ, the upper triangle row by row.
+/// Sums w J Jᵀ, the upper triangle row by row, and w J times errors.
 class Sums {
  public:
-  /// A reading that changes by `gradient`·motion when the surface moves at `x`.
-  void add(const Vec3d& gradient, const Vec3d& x, double weight) noexcept {
+  /// A reading that changes by `gradient`·motion when the surface moves at `x`, deviates by `off`,
+  /// and by `in_common` where all such readings do.
+  void add(const Vec3d& gradient, const Vec3d& x, double weight, const Vec3d& in_common,
+           double off) noexcept {
     const Vec3d arm = x.cross(gradient);
     const double j[6] = {gradient.x(), gradient.y(), gradient.z(), arm.x(), arm.y(), arm.z()};
     int k = 0;
     for (int a = 0; a < 6; ++a) {
       const double scaled = weight * j[a];
       for (int b = a; b < 6; ++b) upper_[k++] += scaled * j[b];
+      for (int c = 0; c < 3; ++c) common_[a][c] += scaled * in_common[c];
+      misfit_[a] += scaled * off;
     }
   }
-  [[nodiscard]] Mat6d matrix() const noexcept {
-    Mat6d information;
+  [[nodiscard]] PoseReadings readings() const noexcept {
+    PoseReadings readings;
     int k = 0;
     for (int a = 0; a < 6; ++a) {
-      for (int b = a; b < 6; ++b) information(a, b) = information(b, a) = upper_[k++];
+      for (int b = a; b < 6; ++b) {
+        readings.information(a, b) = readings.information(b, a) = upper_[k++];
+      }
+      for (int c = 0; c < 3; ++c) readings.common(a, c) = common_[a][c];
+      readings.misfit[a] = misfit_[a];
     }
-    return information;
+    return readings;
   }
 
  private:
   double upper_[21] = {};
+  double common_[6][3] = {};
+  double misfit_[6] = {};
 };
 
 void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const ModelRender& render,
@@ -71,7 +81,8 @@ void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const Mo
       const double square = along * along / ray.squaredNorm();
       const double variance_m2 =
           sigma_m * sigma_m * along * along + across_m * across_m * std::max(0.0, 1.0 - square);
-      sums.add(normal, static_cast<double>(predicted) * ray, each / variance_m2);
+      sums.add(normal, static_cast<double>(predicted) * ray, each / variance_m2,
+               {0.0, 0.0, sigma_m * along}, off_m);
     }
   }
 }
@@ -88,24 +99,29 @@ void add_outline(const ModelRender& render, const DepthView& view, const EdgeMap
   for (const ContourPoint& point : render.contour()) {
     const int u = static_cast<int>(std::floor(point.u + 0.5F));
     const int v = static_cast<int>(std::floor(point.v + 0.5F));
-    if (!edges.nearest(u, v, reach).found) continue;
+    const EdgeMap::Nearest edge = edges.nearest(u, v, reach);
+    if (!edge.found) continue;
     const Vec3d x = pose * model.point(static_cast<std::size_t>(point.point)).cast<double>();
     const double out_u = static_cast<double>(point.out_u) * view.intrinsics.fx / x.z();
     const double out_v = static_cast<double>(point.out_v) * view.intrinsics.fy / x.z();
     const Vec3d gradient(out_u, out_v, -(out_u * x.x() + out_v * x.y()) / x.z());
-    sums.add(gradient, x, 1.0 / (variance_px2 * shared));
+    const Vec3d shifted(static_cast<double>(point.out_u), static_cast<double>(point.out_v), 0.0);
+    const double off_px =
+        static_cast<double>(point.out_u) * (edge.u - static_cast<double>(point.u)) +
+        static_cast<double>(point.out_v) * (edge.v - static_cast<double>(point.v));
+    sums.add(gradient, x, 1.0 / (variance_px2 * shared), shifted / stride_px, off_px);
   }
 }
 
 }  // namespace
 
-Mat6d pose_information(const Surface& model, const Pose& camera_from_model,
-                       const ModelRender& render, const DepthView& view, const EdgeMap& edges,
-                       const ReadingSpread& spread) noexcept {
+PoseReadings pose_information(const Surface& model, const Pose& camera_from_model,
+                              const ModelRender& render, const DepthView& view,
+                              const EdgeMap& edges, const ReadingSpread& spread) noexcept {
   Sums sums;
   add_surface(model, camera_from_model.linear().cast<float>(), render, view, spread, sums);
   add_outline(render, view, edges, model, camera_from_model, spread, sums);
-  return sums.matrix();
+  return sums.readings();
 }
 
 }  // namespace grapnel

@@ -11,10 +11,21 @@ namespace grapnel {
 struct ReadingSpread {
   /// Sensor pixels that share one error: structured light looks at windows of 7 to 9 px, and a
   /// median of 5 px follows. Found by the error of poses on simulated frames.
-  double shared_px = 80.0;
+  double shared_px = 60.0;
   double across_px = 0.7;   ///< 1-sigma of a reading across the view, sensor pixels
   double outline_px = 1.0;  ///< 1-sigma of an outline that meets a depth edge, sensor pixels
   double floor_m = 0.0;     ///< match tolerance at the least
+};
+
+/// Information about a pose, and what else is known of its error. The inverse information carries
+/// each sum of weight × gradient × error to the shift of the pose that such errors make.
+struct PoseReadings {
+  Mat6d information = Mat6d::Zero();
+  /// Of errors in common: all outlines one sensor pixel to the right, or down; all depths one sigma
+  /// too large.
+  Eigen::Matrix<double, 6, 3> common = Eigen::Matrix<double, 6, 3>::Zero();
+  /// Of what the readings deviate at the pose: where it is not the one that they fit best.
+  Vec6d misfit = Vec6d::Zero();
 };
 
 /// What the measurement says about a pose, by the judge's own pixels: the Fisher information of
@@ -23,8 +34,9 @@ struct ReadingSpread {
 /// pixel is a reading of the depth along its ray, every outline point that a depth edge meets one
 /// of where the part ends across its outline. Shares nothing with refinement.
 /// `render` holds the model at the pose, contour included. O(pixels of the model).
-[[nodiscard]] Mat6d pose_information(const Surface& model, const Pose& camera_from_model,
-                                     const ModelRender& render, const DepthView& view,
-                                     const EdgeMap& edges, const ReadingSpread& spread) noexcept;
+[[nodiscard]] PoseReadings pose_information(const Surface& model, const Pose& camera_from_model,
+                                            const ModelRender& render, const DepthView& view,
+                                            const EdgeMap& edges,
+                                            const ReadingSpread& spread) noexcept;
 
 }  // namespace grapnel

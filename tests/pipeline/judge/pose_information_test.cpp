@@ -36,7 +36,8 @@ class PoseInformation : public testing::Test {
   }
 
   /// With the readings' edges or, for the surface alone, without.
-  Mat6d information(bool with_outline) {
+  Mat6d information(bool with_outline) { return readings(with_outline).information; }
+  PoseReadings readings(bool with_outline) {
     view_ = {};
     view_.intrinsics = scene_.frame().intrinsics;
     view_.depth = scene_.frame().depth;
@@ -101,6 +102,33 @@ TEST_F(PoseInformation, FallsAsReadingsShareTheirErrors) {
 TEST_F(PoseInformation, IsNoneOfWhatLiesElsewhere) {
   pose_.translation().z() -= 0.05;
   EXPECT_LT(information(false)(2, 2), 1.0);
+}
+
+TEST_F(PoseInformation, TheMisfitLeadsBackToThePoseThatTheReadingsFit) {
+  const Vec3d off_m(0.0, 0.0, 0.001);
+  pose_.translation() += off_m;
+  const PoseReadings found = readings(true);
+  const Vec6d back = found.information.inverse() * found.misfit;
+  const Vec3d top(0.0, 0.0, kTop_m);
+  const Vec3d at_top = back.head<3>() + Vec3d(back.tail<3>()).cross(top);
+  // Depths are whole millimetres.
+  EXPECT_NEAR(at_top.z(), -off_m.z(), 0.0002);
+}
+
+TEST_F(PoseInformation, ACommonErrorShiftsThePoseAsFarAsItsReadingsPlaceIt) {
+  const PoseReadings found = readings(true);
+  const Eigen::Matrix<double, 6, 3> shift = found.information.inverse() * found.common;
+  const Vec3d top(0.0, 0.0, kTop_m);
+  const auto at_top = [&](int column) {
+    return Vec3d(shift.col(column).head<3>() + Vec3d(shift.col(column).tail<3>()).cross(top));
+  };
+  // The outline alone places the top across the view, one pixel for one pixel but for the slivers
+  // of the sides; its readings alone place it along the view.
+  const double pixel_m = kTop_m / kFocal_px;
+  EXPECT_NEAR(at_top(0).x() / pixel_m, 1.0, 0.1);
+  EXPECT_NEAR(at_top(1).y() / pixel_m, 1.0, 0.1);
+  EXPECT_NEAR(at_top(2).z() / (1.425e-3 * kTop_m * kTop_m), 1.0, 0.02);
+  EXPECT_NEAR(at_top(2).x() / pixel_m, 0.0, 0.05);
 }
 
 }  // namespace
