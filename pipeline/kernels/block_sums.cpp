@@ -6,7 +6,7 @@
 #define HWY_TARGET_INCLUDE "pipeline/kernels/block_sums.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "pipeline/kernels/moment_sums-inl.h"
+#include "pipeline/kernels/block_centres-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace grapnel {
@@ -14,8 +14,6 @@ namespace kernels {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-HWY_INLINE V Number(float value) { return hn::Set(Lanes(), value); }
 
 /// How far stretches of an axis are apart; 0 where they overlap.
 HWY_INLINE V Apart(const float* low, const float* high, float box_low, float box_high) {
@@ -45,20 +43,6 @@ std::size_t NearBoxes(const BoxPlanes& boxes, PointRange range, const Box& box, 
   return count;
 }
 
-struct Centres {
-  V x, y, z;
-};
-/// Of a block's lanes; what is none of it lies far from everything.
-HWY_INLINE Centres CentresOf(const PointPlanes& points, const BlockOfPoints& block,
-                             std::int32_t lane) {
-  const Lanes d;
-  const hn::RebindToSigned<Lanes> di;
-  const auto own = hn::RebindMask(d, hn::Lt(hn::Iota(di, lane), hn::Set(di, block.count)));
-  const std::int32_t at = block.first + lane;
-  return {hn::IfThenElse(own, hn::LoadU(d, points.x + at), Number(kNowhere)),
-          hn::LoadU(d, points.y + at), hn::LoadU(d, points.z + at)};
-}
-
 template <bool kFirst>
 HWY_INLINE void ScatterLanes(const PointPlanes& points, const BlockOfPoints& block,
                              std::span<const PointRange> ranges, float squared_m2,
@@ -70,14 +54,11 @@ HWY_INLINE void ScatterLanes(const PointPlanes& points, const BlockOfPoints& blo
   // Most points lie in some sphere: to ask costs more than to add zeros.
   for (const PointRange& range : ranges) {
     for (std::int32_t i = range.begin; i < range.end; ++i) {
-      const V dx = hn::Sub(Number(points.x[i]), c.x);
-      const V dy = hn::Sub(Number(points.y[i]), c.y);
-      const V dz = hn::Sub(Number(points.z[i]), c.z);
-      const V squared = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
-      const auto inside = hn::Le(squared, limit);
-      const V kx = hn::IfThenElseZero(inside, dx);
-      const V ky = hn::IfThenElseZero(inside, dy);
-      const V kz = hn::IfThenElseZero(inside, dz);
+      const Offsets to = OffsetsOf(points, i, c);
+      const auto inside = hn::Le(to.squared, limit);
+      const V kx = hn::IfThenElseZero(inside, to.x);
+      const V ky = hn::IfThenElseZero(inside, to.y);
+      const V kz = hn::IfThenElseZero(inside, to.z);
       s.count = hn::Add(s.count, hn::IfThenElseZero(inside, one));
       if (kFirst) {
         s.x = hn::Add(s.x, kx);
@@ -117,11 +98,7 @@ HWY_INLINE void NormalLanes(const PointPlanes& points, const NormalPlanes& norma
   Sums s = NoSums();
   for (const PointRange& range : ranges) {
     for (std::int32_t i = range.begin; i < range.end; ++i) {
-      const V dx = hn::Sub(Number(points.x[i]), c.x);
-      const V dy = hn::Sub(Number(points.y[i]), c.y);
-      const V dz = hn::Sub(Number(points.z[i]), c.z);
-      const V squared = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
-      const auto inside = hn::Le(squared, limit);
+      const auto inside = hn::Le(OffsetsOf(points, i, c).squared, limit);
       const V weight = hn::IfThenElseZero(inside, Number(normals.weight[i]));
       V kx = Number(normals.x[i]);
       V ky = Number(normals.y[i]);

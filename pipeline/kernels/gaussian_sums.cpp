@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "pipeline/kernels/gaussian_sums.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "pipeline/kernels/block_centres-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace grapnel {
@@ -12,70 +13,81 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::size_t kEight = 8;
-using Lanes = hn::CappedTag<float, kEight>;
-using V = hn::Vec<Lanes>;
-
-/// exp(-x) for x in 0…4.5: powers of two times Taylor's series on ±ln(2)/2.
-HWY_INLINE V ExpMinus(V x) {
-  const Lanes d;
-  const hn::RebindToSigned<Lanes> di;
-  const V steps = hn::Round(hn::Mul(x, hn::Set(d, -1.44269504F)));
-  const V rest = hn::Sub(hn::Sub(hn::Zero(d), x), hn::Mul(steps, hn::Set(d, 0.693147181F)));
-  V sum = hn::Set(d, 1.0F / 720.0F);
-  for (const float c : {1.0F / 120.0F, 1.0F / 24.0F, 1.0F / 6.0F, 0.5F, 1.0F, 1.0F}) {
-    sum = hn::Add(hn::Mul(sum, rest), hn::Set(d, c));
-  }
-  const auto exponent = hn::Add(hn::ConvertTo(di, steps), hn::Set(di, 127));
-  return hn::Mul(sum, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
+HWY_INLINE V FourthPower(V x) {
+  const V two = hn::Mul(x, x);
+  return hn::Mul(two, two);
 }
 
-GaussianSums Sums(std::span<const std::int32_t> index, const float* squared_m2, const float* values,
-                  const GaussianScales& scales) {
+/// exp(-8 y) for y in 0…0.5625: a polynomial that is exp(-y) to 2.4e-8 (least largest error), and
+/// its eighth power.
+HWY_INLINE V ExpMinusEight(V y) {
+  V sum = Number(-0.00630488293F);
+  for (const float c : {0.0404472575F, -0.166323021F, 0.499956877F, -0.999998212F, 1.0F}) {
+    sum = hn::Add(hn::Mul(sum, y), Number(c));
+  }
+  return FourthPower(hn::Mul(sum, sum));
+}
+
+/// How many scales there are is known to the compiler: no loop is left inside.
+template <std::size_t kPerOctave>
+void MeanLanes(const PointPlanes& points, const float* values, const BlockOfPoints& block,
+               std::span<const PointRange> ranges, const GaussianScales& scales, std::int32_t lane,
+               float (*means)[kBlock]) {
+  constexpr std::size_t kNarrow = 3;
+  constexpr std::size_t kCount = kPerOctave + kNarrow;
   const Lanes d;
-  const hn::RebindToSigned<Lanes> di;
-  HWY_ALIGN float weighted[kMaxScales][kEight];
-  HWY_ALIGN float weight[kMaxScales][kEight];
-  for (std::size_t lane = 0; lane < kEight; lane += hn::Lanes(d)) {
-    V value_sum[kMaxScales];
-    V weight_sum[kMaxScales];
-    for (std::size_t k = 0; k < scales.count; ++k) value_sum[k] = weight_sum[k] = hn::Zero(d);
-    for (std::size_t i = lane; i < index.size(); i += kEight) {
-      const auto behind = static_cast<std::int32_t>(index.size() - i);
-      const auto valid = hn::Lt(hn::Iota(di, 0), hn::Set(di, behind));
-      const auto at = hn::IfThenElseZero(valid, hn::LoadU(di, index.data() + i));
-      const V squared = hn::LoadU(d, squared_m2 + i);
-      const V value = hn::GatherIndex(d, values, at);
-      V w[kMaxScales];
-      for (std::size_t k = scales.count; k-- > 0;) {
-        const auto near =
-            hn::And(hn::RebindMask(d, valid), hn::Le(squared, hn::Set(d, scales.reach_m2[k])));
-        if (k + scales.per_octave < scales.count) {
-          const V wide = w[k + scales.per_octave];
-          const V two = hn::Mul(wide, wide);
-          w[k] = hn::IfThenElseZero(near, hn::Mul(two, two));
-        } else {
-          w[k] = hn::IfThenElseZero(near,
-                                    ExpMinus(hn::Mul(squared, hn::Set(d, scales.inverse_m2[k]))));
-        }
-        weight_sum[k] = hn::Add(weight_sum[k], w[k]);
-        value_sum[k] = hn::Add(value_sum[k], hn::Mul(w[k], value));
+  const Centres c = CentresOf(points, block, lane);
+  V value_sum[kCount];
+  V weight_sum[kCount];
+  for (std::size_t k = 0; k < kCount; ++k) value_sum[k] = weight_sum[k] = hn::Zero(d);
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const V squared = OffsetsOf(points, i, c).squared;
+      const auto within = [&](std::size_t k) {
+        return hn::Le(squared, Number(scales.reach_m2[k]));
+      };
+      if (hn::AllFalse(d, within(kCount - 1))) continue;
+      const V value = Number(values[i]);
+      V weight[kCount];
+      const auto add = [&](std::size_t k) {
+        const V w = hn::IfThenElseZero(within(k), weight[k]);
+        weight_sum[k] = hn::Add(weight_sum[k], w);
+        value_sum[k] = hn::Add(value_sum[k], hn::Mul(w, value));
+      };
+      for (std::size_t k = kCount; k-- > kNarrow;) {
+        weight[k] = ExpMinusEight(hn::Mul(squared, Number(scales.eighth_m2[k])));
+        add(k);
+      }
+      if (hn::AllFalse(d, within(kNarrow - 1))) continue;
+      for (std::size_t k = kNarrow; k-- > 0;) {
+        weight[k] = FourthPower(weight[k + kPerOctave]);
+        add(k);
       }
     }
-    for (std::size_t k = 0; k < scales.count; ++k) {
-      hn::Store(value_sum[k], d, weighted[k] + lane);
-      hn::Store(weight_sum[k], d, weight[k] + lane);
-    }
   }
-  const auto fold = [](const float* s) {
-    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
-  };
-  GaussianSums sums;
-  for (std::size_t k = 0; k < scales.count; ++k) {
-    sums.weighted[k] = fold(weighted[k]);
-    sums.weight[k] = fold(weight[k]);
+  for (std::size_t k = 0; k < kCount; ++k) {
+    // A point's own weight is 1; lanes behind the block's last point have none.
+    const V mean = hn::Div(value_sum[k], hn::Max(weight_sum[k], Number(1.0F)));
+    hn::StoreU(mean, d, means[k] + lane);
   }
-  return sums;
+}
+
+template <std::size_t kPerOctave>
+void Means(const PointPlanes& points, const float* values, const BlockOfPoints& block,
+           std::span<const PointRange> ranges, const GaussianScales& scales,
+           float (*means)[kBlock]) {
+  const auto lanes = static_cast<std::int32_t>(hn::Lanes(Lanes()));
+  for (std::int32_t lane = 0; lane < kBlock; lane += lanes) {
+    MeanLanes<kPerOctave>(points, values, block, ranges, scales, lane, means);
+  }
+}
+
+void GaussianMeans(const PointPlanes& points, const float* values, const BlockOfPoints& block,
+                   std::span<const PointRange> ranges, const GaussianScales& scales,
+                   float (*means)[kBlock]) {
+  constexpr decltype(&Means<1>) kMeans[kMaxPerOctave] = {Means<1>, Means<2>, Means<3>, Means<4>,
+                                                         Means<5>};
+  kMeans[scales.per_octave - 1](points, values, block, ranges, scales, means);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -86,11 +98,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace grapnel::kernels {
 
-HWY_EXPORT(Sums);
+HWY_EXPORT(GaussianMeans);
 
-GaussianSums gaussian_sums(std::span<const std::int32_t> index, const float* squared_m2,
-                           const float* values, const GaussianScales& scales) noexcept {
-  return HWY_DYNAMIC_DISPATCH(Sums)(index, squared_m2, values, scales);
+void gaussian_means(const PointPlanes& points, const float* values, const BlockOfPoints& block,
+                    std::span<const PointRange> ranges, const GaussianScales& scales,
+                    float (*means)[kBlock]) noexcept {
+  HWY_DYNAMIC_DISPATCH(GaussianMeans)(points, values, block, ranges, scales, means);
 }
 
 }  // namespace grapnel::kernels

@@ -5,6 +5,7 @@
 
 #include "base/math.h"
 #include "pipeline/keypoints/strongest.h"
+#include "pipeline/neighbours/point_blocks.h"
 
 namespace grapnel {
 
@@ -42,12 +43,11 @@ double sigma_m(double octave_scale_m, std::size_t scale_i, std::size_t per_octav
 
 kernels::GaussianScales scales_of(double octave_scale_m, std::size_t per_octave) noexcept {
   kernels::GaussianScales scales;
-  scales.count = per_octave + 3;
   scales.per_octave = per_octave;
-  for (std::size_t k = 0; k < scales.count; ++k) {
+  for (std::size_t k = 0; k < scales.count(); ++k) {
     const double sigma = sigma_m(octave_scale_m, k, per_octave);
     scales.reach_m2[k] = static_cast<float>(9.0 * sigma * sigma);
-    scales.inverse_m2[k] = static_cast<float>(0.5 / (sigma * sigma));
+    scales.eighth_m2[k] = static_cast<float>(0.0625 / (sigma * sigma));
   }
   return scales;
 }
@@ -68,6 +68,10 @@ void SiftDetector::reserve(Arena& arena, const Limits& limits) {
   search_.reserve(arena, limits);
   for (std::size_t k = 0; k < static_cast<std::size_t>(params_.scales_per_octave) + 2; ++k) {
     differences_[k] = arena.take<float>(own.max_points);
+  }
+  ordered_ = arena.take<float>(own.max_points);
+  for (std::span<float>& plane : block_planes_) {
+    plane = arena.take<float>(2 * own.max_points + 3 * kernels::kSlack);
   }
   extrema_ = arena.take<Extremum>(own.max_points);
   candidates_ = arena.take<Keypoint>(own.max_points);
@@ -98,15 +102,19 @@ Status SiftDetector::take(const Surface& surface) noexcept {
 
 void SiftDetector::filter_fast(const kernels::GaussianScales& scales, float reach_m) noexcept {
   for (std::size_t position = 0; position < work_.size; ++position) {
-    const std::size_t i = search_.point_at(position);
-    const Neighbourhood around = search_.within(i, reach_m);
-    const kernels::GaussianSums sums = kernels::gaussian_sums(
-        around.index, around.squared_m2.data(), work_.intensity.data(), scales);
-    float before = sums.weighted[0] / sums.weight[0];
-    for (std::size_t k = 1; k < scales.count; ++k) {
-      const float response = sums.weighted[k] / sums.weight[k];
-      differences_[k - 1][i] = response - before;
-      before = response;
+    ordered_[position] = work_.intensity[search_.point_at(position)];
+  }
+  PointBlocks blocks(search_.planes(), work_.size, reach_m, block_planes_);
+  for (std::int32_t block_i = 0; block_i < blocks.size(); ++block_i) {
+    const kernels::BlockOfPoints block = blocks.block(block_i);
+    float means[kernels::kMaxScales][kernels::kBlock];
+    kernels::gaussian_means(search_.planes(), ordered_.data(), block, blocks.near(block_i), scales,
+                            means);
+    for (std::int32_t lane = 0; lane < block.count; ++lane) {
+      const std::size_t i = search_.point_at(static_cast<std::size_t>(block.first + lane));
+      for (std::size_t k = 1; k < scales.count(); ++k) {
+        differences_[k - 1][i] = means[k][lane] - means[k - 1][lane];
+      }
     }
   }
 }
@@ -115,13 +123,13 @@ void SiftDetector::filter_plainly(const kernels::GaussianScales& scales, float r
   for (std::size_t i = 0; i < work_.size; ++i) {
     const Neighbourhood around = search_.within(i, reach_m);
     double before = 0.0;
-    for (std::size_t k = 0; k < scales.count; ++k) {
+    for (std::size_t k = 0; k < scales.count(); ++k) {
       double weighted = 0.0;
       double weight = 0.0;
       for (std::size_t n = 0; n < around.size(); ++n) {
         if (around.squared_m2[n] > scales.reach_m2[k]) continue;
-        const double w = math::exp(-static_cast<double>(around.squared_m2[n]) *
-                                   static_cast<double>(scales.inverse_m2[k]));
+        const double w = math::exp(-8.0 * static_cast<double>(around.squared_m2[n]) *
+                                   static_cast<double>(scales.eighth_m2[k]));
         weighted +=
             w * static_cast<double>(work_.intensity[static_cast<std::size_t>(around.index[n])]);
         weight += w;
@@ -133,34 +141,41 @@ void SiftDetector::filter_plainly(const kernels::GaussianScales& scales, float r
   }
 }
 
-/// Extreme among the nearest points at its own scale, strictly so at the adjacent ones. `around` is
-/// filled when first needed.
-bool SiftDetector::is_extremum(std::size_t point_i, std::size_t difference,
-                               Neighbourhood& around) noexcept {
+/// Extreme among `around` at its own scale, strictly so at the adjacent ones.
+bool SiftDetector::stands_out(std::size_t point_i, std::size_t difference, float sign,
+                              const Neighbourhood& around) const noexcept {
+  const float own = sign * differences_[difference][point_i];
+  return std::all_of(around.index.begin(), around.index.end(), [&](std::int32_t index) {
+    const auto other = static_cast<std::size_t>(index);
+    return own >= sign * differences_[difference][other] &&
+           own > sign * differences_[difference - 1][other] &&
+           own > sign * differences_[difference + 1][other];
+  });
+}
+
+/// Whether it stands out from the nearest points.
+bool SiftDetector::is_extremum(std::size_t point_i, std::size_t difference, float leaf_m) noexcept {
   const float own = differences_[difference][point_i];
   const float below = differences_[difference - 1][point_i];
   const float above = differences_[difference + 1][point_i];
   const bool low = own < below && own < above;
   const bool high = own > below && own > above;
   if (!low && !high) return false;
-  if (around.size() == 0) around = search_.nearest(work_.point(point_i), kNearest);
   const float sign = high ? 1.0F : -1.0F;
-  return std::all_of(around.index.begin(), around.index.end(), [&](std::int32_t index) {
-    const auto other = static_cast<std::size_t>(index);
-    return sign * own >= sign * differences_[difference][other] &&
-           sign * own > sign * differences_[difference - 1][other] &&
-           sign * own > sign * differences_[difference + 1][other];
-  });
+  // The points beside are among the nearest, and mostly one of them decides.
+  const Neighbourhood beside = search_.within(point_i, 1.5F * leaf_m);
+  if (beside.size() <= kNearest && !stands_out(point_i, difference, sign, beside)) return false;
+  return stands_out(point_i, difference, sign, search_.nearest(work_.point(point_i), kNearest));
 }
 
 void SiftDetector::find_extrema(std::size_t differences, double octave_scale_m) noexcept {
   const auto per_octave = static_cast<std::size_t>(params_.scales_per_octave);
   const auto contrast = static_cast<float>(params_.min_contrast);
   for (std::size_t i = 0; i < work_.size; ++i) {
-    Neighbourhood around;
     for (std::size_t k = 1; k + 1 < differences; ++k) {
       const float strength = std::fabs(differences_[k][i]);
-      if (!(strength >= contrast) || !is_extremum(i, k, around)) continue;
+      if (!(strength >= contrast) || !is_extremum(i, k, static_cast<float>(octave_scale_m)))
+        continue;
       if (extremum_count_ == extrema_.size()) {
         overflowed_ = true;
         return;
@@ -202,8 +217,8 @@ Status SiftDetector::detect(const Surface& surface, KeypointSet& keypoints) noex
     }
     if (work_.size < kMinPoints) break;
     const kernels::GaussianScales scales = scales_of(scale, per_octave);
-    const auto reach = static_cast<float>(3.0 * sigma_m(scale, scales.count - 1, per_octave));
-    if (const Status built = search_.build(work_, 0.5 * static_cast<double>(reach)); !built.ok()) {
+    const auto reach = static_cast<float>(3.0 * sigma_m(scale, scales.count() - 1, per_octave));
+    if (const Status built = search_.build(work_, 0.4 * static_cast<double>(reach)); !built.ok()) {
       return Error{built.error().code, Stage::Keypoints, built.error().detail};
     }
     if (params_.engine == Engine::Fast) {
@@ -211,7 +226,7 @@ Status SiftDetector::detect(const Surface& surface, KeypointSet& keypoints) noex
     } else {
       filter_plainly(scales, reach);
     }
-    find_extrema(scales.count - 1, scale);
+    find_extrema(scales.count() - 1, scale);
   }
   return place(surface, keypoints);
 }

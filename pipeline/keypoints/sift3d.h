@@ -50,8 +50,10 @@ class SiftDetector final : public KeypointDetector {
   void filter_fast(const kernels::GaussianScales& scales, float reach_m) noexcept;
   void filter_plainly(const kernels::GaussianScales& scales, float reach_m) noexcept;
   void find_extrema(std::size_t differences, double octave_scale_m) noexcept;
+  [[nodiscard]] bool stands_out(std::size_t point_i, std::size_t difference, float sign,
+                                const Neighbourhood& around) const noexcept;
   [[nodiscard]] bool is_extremum(std::size_t point_i, std::size_t difference,
-                                 Neighbourhood& around) noexcept;
+                                 float leaf_m) noexcept;
   [[nodiscard]] Status place(const Surface& surface, KeypointSet& keypoints) noexcept;
 
   SiftParams params_;
@@ -59,6 +61,8 @@ class SiftDetector final : public KeypointDetector {
   Surface work_;  ///< the octave's points; intensity holds the field
   NeighbourSearch search_;
   std::array<std::span<float>, kernels::kMaxScales> differences_;
+  std::span<float> ordered_;                      ///< the field in the search's order
+  std::array<std::span<float>, 7> block_planes_;  ///< of PointBlocks
   std::span<Extremum> extrema_;
   std::size_t extremum_count_ = 0;
   bool overflowed_ = false;

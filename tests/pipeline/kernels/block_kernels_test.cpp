@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "base/rng.h"
+#include "pipeline/kernels/gaussian_sums.h"
 #include "pipeline/kernels/reference.h"
 #include "pipeline/kernels/target.h"
 
@@ -112,6 +114,79 @@ TEST_P(BlockKernel, NearBoxesAreThoseOfPlainLoops) {
     found.resize(kernels::near_boxes(boxes, range, box, 0.01F, found.data()));
     expected.resize(kernels::reference::near_boxes(boxes, range, box, 0.01F, expected.data()));
     EXPECT_EQ(found, expected);
+  }
+}
+
+/// Scales from 5 cm, `per_octave` to twice as much.
+kernels::GaussianScales scales_of(std::size_t per_octave) {
+  kernels::GaussianScales scales;
+  scales.per_octave = per_octave;
+  for (std::size_t k = 0; k < scales.count(); ++k) {
+    const double sigma = 0.05 * std::exp2(static_cast<double>(k) / static_cast<double>(per_octave));
+    scales.reach_m2[k] = static_cast<float>(9.0 * sigma * sigma);
+    scales.eighth_m2[k] = static_cast<float>(0.0625 / (sigma * sigma));
+  }
+  return scales;
+}
+
+/// Mean of the normals' x around a point in double.
+double gaussian_mean(const Points& cloud, std::int32_t centre, float reach_m2) {
+  double weighted = 0.0;
+  double weights = 0.0;
+  for (const PointRange& range : kRanges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      double squared = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float* const plane = cloud.plane[k].data();
+        squared += std::pow(static_cast<double>(plane[i]) - static_cast<double>(plane[centre]), 2);
+      }
+      if (squared > static_cast<double>(reach_m2)) continue;
+      const double weight = std::exp(-4.5 * squared / static_cast<double>(reach_m2));
+      weighted += weight * static_cast<double>(cloud.plane[3][static_cast<std::size_t>(i)]);
+      weights += weight;
+    }
+  }
+  return weighted / weights;
+}
+
+TEST_P(BlockKernel, GaussianMeansAreThoseOfEveryScaleByExponentials) {
+  const Points cloud;
+  for (std::size_t per_octave = 1; per_octave <= kernels::kMaxPerOctave; ++per_octave) {
+    const kernels::GaussianScales scales = scales_of(per_octave);
+    for (const kernels::BlockOfPoints& block : kBlocks) {
+      float means[kernels::kMaxScales][kBlock];
+      kernels::gaussian_means(cloud.points(), cloud.normals().x, block, kRanges, scales, means);
+      for (std::size_t k = 0; k < scales.count(); ++k) {
+        for (int lane = 0; lane < block.count; ++lane) {
+          const std::int32_t centre = block.first + lane;
+          if (centre >= kRanges[0].end && centre < kRanges[2].begin) continue;
+          // Weights right to 1e-6, values up to 3, and the rounding of a hundred sums.
+          EXPECT_NEAR(static_cast<double>(means[k][lane]),
+                      gaussian_mean(cloud, centre, scales.reach_m2[k]), 1e-5)
+              << per_octave << " " << k << " " << lane;
+        }
+      }
+    }
+  }
+}
+
+TEST(GaussianMeans, AreTheSameBitsOnEveryTarget) {
+  const Points cloud;
+  const kernels::GaussianScales scales = scales_of(3);
+  const auto means_on = [&](const std::string& target) {
+    EXPECT_TRUE(kernels::force_target(target));
+    std::array<std::array<float, kBlock>, kernels::kMaxScales> means{};
+    float found[kernels::kMaxScales][kBlock];
+    kernels::gaussian_means(cloud.points(), cloud.normals().x, kBlocks[0], kRanges, scales, found);
+    EXPECT_TRUE(kernels::force_target(""));
+    for (std::size_t k = 0; k < scales.count(); ++k) {
+      for (std::size_t lane = 0; lane < kBlock; ++lane) means[k][lane] = found[k][lane];
+    }
+    return means;
+  };
+  const std::vector<std::string> targets = kernels::target_names();
+  for (const std::string& target : targets) {
+    EXPECT_EQ(means_on(target), means_on(targets.front())) << target;
   }
 }
 
