@@ -96,8 +96,12 @@ void NarfDetector::measure(Served& served) const noexcept {
     served.top = std::min(served.top, v);
     served.bottom = v + 1;
   }
-  served.reach =
-      std::min(static_cast<int>(std::min(widest, 1e6)) + 2, std::max(range.width, range.height));
+  const auto reach = [&](double pixels) {
+    return std::min(static_cast<int>(std::min(pixels, 1e6)) + 2,
+                    std::max(range.width, range.height));
+  };
+  served.reach = reach(widest);
+  served.strong_reach = reach((1.0 - params_.min_interest) * widest);
 }
 
 namespace {
@@ -181,12 +185,12 @@ void NarfDetector::score(const Served& served) noexcept {
     active_[pixel] = static_cast<std::uint8_t>(closed ? 2 : changing ? 1 : 0);
   }
   const bool fast = params_.engine == Engine::Fast;
-  // The histogram's spread is at most the largest change within the radius.
+  // The histogram's spread is at most its largest vote, which is at most 1 - distance / radius.
   const auto strong = [&](std::size_t pixel) {
     return active_[pixel] == 1 &&
            static_cast<double>(borders_.change(pixel)) >= params_.min_interest;
   };
-  if (fast) mark_around(served.reach, strong, promising_);
+  if (fast) mark_around(served.strong_reach, strong, promising_);
   // A change disturbs its own pixel most.
   const auto may_be = [&](std::size_t pixel) {
     if (!fast) return true;

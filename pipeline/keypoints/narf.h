@@ -59,14 +59,15 @@ class NarfDetector final : public KeypointDetector {
   };
   struct View;
 
-  /// Pixels of a level that are scored: their distances, the rows they lie in, and how many pixels
-  /// their surroundings reach at most.
+  /// Pixels of a level that are scored: their distances, the rows they lie in, how many pixels
+  /// their surroundings reach at most, and how many to a change that votes with min_interest.
   struct Served {
     float nearest_m = 0.0F;
     float beyond_m = 0.0F;
     int top = 0;
     int bottom = 0;
     int reach = 2;
+    int strong_reach = 2;
     [[nodiscard]] bool holds(const RangeImage& image, std::size_t pixel) const noexcept {
       const float range = image.range[pixel];
       return range >= nearest_m && range < beyond_m && image.valid(pixel);

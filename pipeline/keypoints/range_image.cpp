@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "pipeline/kernels/range_levels.h"
 
@@ -32,64 +33,57 @@ void set(RangeImage& image, std::size_t pixel, const Vec3f& p, std::int32_t poin
   image.point[pixel] = point;
 }
 
-/// Row of each pixel in turn: divides only where the row changes.
-class RowOf {
- public:
-  explicit RowOf(int width) noexcept : width_(width) {}
-  [[nodiscard]] int operator()(int pixel) noexcept {
-    if (pixel < begin_ || pixel - begin_ >= width_) {
-      row_ = pixel / width_;
-      begin_ = row_ * width_;
-    }
-    return row_;
-  }
-  [[nodiscard]] int begin() const noexcept { return begin_; }
-
- private:
-  int width_;
-  int row_ = 0;
-  int begin_ = 0;
+/// The part of a grid that has points, and a margin about it.
+struct Cut {
+  int left = 0, right = -1, top = 0, bottom = -1;  ///< inclusive
 };
+Cut cut_of(const Surface::Grid& grid) noexcept {
+  Cut cut{grid.width, -1, grid.height, -1};
+  const auto seen = [](std::int32_t point) { return point >= 0; };
+  for (int v = 0; v < grid.height; ++v) {
+    const auto begin = grid.point_of.begin() + static_cast<std::ptrdiff_t>(v) * grid.width;
+    const auto end = begin + grid.width;
+    const auto first = std::find_if(begin, end, seen);
+    if (first == end) continue;
+    const auto behind =
+        std::find_if(std::make_reverse_iterator(end), std::make_reverse_iterator(begin), seen);
+    cut.left = std::min(cut.left, static_cast<int>(first - begin));
+    cut.right = std::max(cut.right, static_cast<int>(behind.base() - begin) - 1);
+    cut.top = std::min(cut.top, v);
+    cut.bottom = v;
+  }
+  return {std::max(0, cut.left - kMargin), std::min(grid.width - 1, cut.right + kMargin),
+          std::max(0, cut.top - kMargin), std::min(grid.height - 1, cut.bottom + kMargin)};
+}
 
+/// All but the ranges.
 Status see_grid(const Surface& surface, RangeImage& image) noexcept {
   const Surface::Grid& grid = surface.grid;
-  int left = grid.width;
-  int right = -1;
-  int top = grid.height;
-  int bottom = -1;
-  RowOf row_of(grid.width);
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    const int v = row_of(grid.pixel_of[i]);
-    const int u = grid.pixel_of[i] - row_of.begin();
-    left = std::min(left, u);
-    right = std::max(right, u);
-    top = std::min(top, v);
-    bottom = std::max(bottom, v);
-  }
-  left = std::max(0, left - kMargin);
-  top = std::max(0, top - kMargin);
-  right = std::min(grid.width - 1, right + kMargin);
-  bottom = std::min(grid.height - 1, bottom + kMargin);
-  image.width = right - left + 1;
-  image.height = bottom - top + 1;
+  const Cut cut = cut_of(grid);
+  image.width = cut.right - cut.left + 1;
+  image.height = cut.bottom - cut.top + 1;
   if (image.pixels() > image.kind.size()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints,
                  static_cast<std::int32_t>(image.pixels())};
   }
   image.fx = grid.intrinsics.fx;
   image.fy = grid.intrinsics.fy;
-  image.cx = grid.intrinsics.cx - left;
-  image.cy = grid.intrinsics.cy - top;
-  empty(image);
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    const int v = row_of(grid.pixel_of[i]);
-    const int u = grid.pixel_of[i] - row_of.begin();
-    const std::size_t pixel = image.at(u - left, v - top);
-    image.x[pixel] = surface.x[i];
-    image.y[pixel] = surface.y[i];
-    image.z[pixel] = surface.z[i];
-    image.kind[pixel] = RangeImage::Pixel::Point;
-    image.point[pixel] = static_cast<std::int32_t>(i);
+  image.cx = grid.intrinsics.cx - cut.left;
+  image.cy = grid.intrinsics.cy - cut.top;
+  for (int v = 0; v < image.height; ++v) {
+    const std::int32_t* const points =
+        &grid.point_of[static_cast<std::size_t>((v + cut.top) * grid.width + cut.left)];
+    const std::size_t row = image.at(0, v);
+    for (std::size_t u = 0; u < static_cast<std::size_t>(image.width); ++u) {
+      const std::int32_t point = points[u];
+      const bool seen = point >= 0;
+      const auto i = static_cast<std::size_t>(seen ? point : 0);
+      image.x[row + u] = seen ? surface.x[i] : RangeImage::kNowhere_m;
+      image.y[row + u] = seen ? surface.y[i] : 0.0F;
+      image.z[row + u] = seen ? surface.z[i] : 0.0F;
+      image.kind[row + u] = seen ? RangeImage::Pixel::Point : RangeImage::Pixel::Unobserved;
+      image.point[row + u] = point;
+    }
   }
   return {};
 }
