@@ -41,7 +41,7 @@ FieldTable narf_fields() noexcept {
 
 namespace {
 
-/// Memory for pixels per point of the limits.
+/// Memory for pixels per point of the limits, before the rim's.
 constexpr std::size_t kPixelsPerPoint = 2;
 constexpr std::size_t kMinPixels = 16384;
 /// A coarser image than this angle a pixel is not made (PCL: 2 degrees).
@@ -53,11 +53,13 @@ constexpr int kBorderReach_px = 16;
 
 void NarfDetector::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points = std::max(limits.max_points, limits.max_model_points);
-  const std::size_t pixels = std::max(kPixelsPerPoint * points, kMinPixels);
+  std::size_t pixels = std::max(kPixelsPerPoint * points, kMinPixels);
+  pixels += pixels / 8;
   std::size_t room = pixels;
   for (RangeImage& level : levels_) {
     level.reserve(arena, room);
-    room = room / 4 + 1;
+    // The rim does not halve: a tenth more, as of an image 9 pixels wide.
+    room = room / 4 + room / 10 + 1;
     if (!params_.pyramid) break;
   }
   borders_.reserve(arena, pixels);
@@ -136,7 +138,7 @@ template <class Seed>
 void NarfDetector::mark_around(int half, const Seed& is_seed,
                                std::span<std::uint8_t> marks) noexcept {
   const std::size_t pixels = image().pixels();
-  const auto width = static_cast<std::size_t>(image().width);
+  const auto width = static_cast<std::size_t>(image().stride());
   const auto reach = static_cast<std::size_t>(half);
   const std::span<std::uint8_t> seeds = touched_.first(pixels);
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) seeds[pixel] = is_seed(pixel) ? 1 : 0;

@@ -116,8 +116,8 @@ void NarfDetector::flood(const View& view) noexcept {
   for (std::size_t next = 0; next < size; ++next) {
     const auto pixel = static_cast<std::size_t>(queue_[next]);
     if (!range.valid(pixel) || borders_.excluded(pixel)) continue;
-    const int u = static_cast<int>(pixel) % range.width;
-    const int v = static_cast<int>(pixel) / range.width;
+    const int u = range.column_of(pixel);
+    const int v = range.row_of(pixel);
     const int distance_px = std::max(std::abs(u - view.u), std::abs(v - view.v));
     if (distance_px > 2 &&
         (range.place(pixel) - view.place).squaredNorm() > radius_m_ * radius_m_) {
@@ -191,7 +191,7 @@ void NarfDetector::reach_around(const View& view, int half,
   const auto radius = static_cast<float>(radius_m_);
   std::array<std::uint64_t, kWordRows> open{};
   const auto skipped = static_cast<std::size_t>(top - (view.v - half));
-  kernels::open_pixels({range.x.data(), range.y.data(), range.z.data(), range.width},
+  kernels::open_pixels({range.x.data(), range.y.data(), range.z.data(), range.stride()},
                        active_.data(), static_cast<std::ptrdiff_t>(range.at(left, top)), window,
                        {place.x(), place.y(), place.z(), radius * radius}, open.data() + skipped);
   const auto rows = static_cast<std::size_t>(2 * half + 1);

@@ -82,17 +82,17 @@ float RangeBorders::smoothed(std::span<const float> scores, int u, int v) const 
 
 void RangeBorders::score_jumps(std::size_t side, int v) noexcept {
   const RangeImage& image = *image_;
-  const bool blocks = params_.border_radius_px == 3 && by_blocks(v, 3);
+  const bool blocks = params_.border_radius_px == 3 && by_blocks();
   if (blocks) {
     const kernels::JumpPlanes planes{image.range.data(), reach_m2_.data()};
-    const std::ptrdiff_t step = kDu[side] + kDv[side] * std::ptrdiff_t{image.width};
+    const std::ptrdiff_t step = kDu[side] + kDv[side] * std::ptrdiff_t{image.stride()};
     if (!params_.wanted.empty()) std::fill_n(&before_[image.at(0, v)], image.width, 0.0F);
     each_block(v, [&](std::ptrdiff_t at, int) {
       kernels::jumps(places(), planes, at, step, before_.data() + at);
     });
+    return;
   }
   for (int u = 0; u < image.width; ++u) {
-    if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
     const std::size_t pixel = image.at(u, v);
     before_[pixel] = reach_m2_[pixel] < 0.0F
                          ? 0.0F
@@ -102,16 +102,17 @@ void RangeBorders::score_jumps(std::size_t side, int v) noexcept {
 
 void RangeBorders::smooth(std::size_t side, int v) noexcept {
   const RangeImage& image = *image_;
-  const bool blocks = by_blocks(v, 1);
+  // A pixel at the image's edge has fewer around it.
+  const bool blocks = by_blocks() && v > 0 && v + 1 < image.height;
   if (blocks) {
     const auto least = static_cast<float>(params_.min_probability);
     if (!params_.wanted.empty()) std::fill_n(&score_[side][image.at(0, v)], image.width, 0.0F);
     each_block(v, [&](std::ptrdiff_t at, int) {
-      kernels::smooth_scores(before_.data(), at, image.width, least, score_[side].data() + at);
+      kernels::smooth_scores(before_.data(), at, image.stride(), least, score_[side].data() + at);
     });
   }
   for (int u = 0; u < image.width; ++u) {
-    if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
+    if (blocks && u == 1) u = image.width - 1;
     score_[side][image.at(u, v)] = smoothed(before_, u, v);
   }
 }
@@ -126,21 +127,23 @@ void RangeBorders::score_borders() noexcept {
 /// Pixels with a score of a border on any side.
 void RangeBorders::list_candidates() noexcept {
   constexpr std::size_t kAtOnce = 16;
-  const std::size_t pixels = image_->pixels();
   const auto least = params_.min_probability;
   const auto largest = [&](std::size_t pixel) {
     return std::max(std::max(score_[0][pixel], score_[1][pixel]),
                     std::max(score_[2][pixel], score_[3][pixel]));
   };
   candidate_count_ = 0;
-  for (std::size_t first = 0; first < pixels; first += kAtOnce) {
-    const std::size_t end = std::min(first + kAtOnce, pixels);
-    float most = 0.0F;
-    for (std::size_t pixel = first; pixel < end; ++pixel) most = std::max(most, largest(pixel));
-    if (static_cast<double>(most) < least) continue;
-    for (std::size_t pixel = first; pixel < end; ++pixel) {
-      if (static_cast<double>(largest(pixel)) < least) continue;
-      candidates_[candidate_count_++].pixel = static_cast<std::int32_t>(pixel);
+  for (int v = 0; v < image_->height; ++v) {
+    const std::size_t behind = image_->at(image_->width, v);
+    for (std::size_t first = image_->at(0, v); first < behind; first += kAtOnce) {
+      const std::size_t end = std::min(first + kAtOnce, behind);
+      float most = 0.0F;
+      for (std::size_t pixel = first; pixel < end; ++pixel) most = std::max(most, largest(pixel));
+      if (static_cast<double>(most) < least) continue;
+      for (std::size_t pixel = first; pixel < end; ++pixel) {
+        if (static_cast<double>(largest(pixel)) < least) continue;
+        candidates_[candidate_count_++].pixel = static_cast<std::int32_t>(pixel);
+      }
     }
   }
 }
@@ -203,15 +206,17 @@ void RangeBorders::classify() noexcept {
     if (image.valid(pixel)) code_[pixel] = -1.0F;
   };
   for (Candidate& candidate : all) {
-    const int u = candidate.pixel % image.width;
-    const int v = candidate.pixel / image.width;
+    const auto pixel = static_cast<std::size_t>(candidate.pixel);
+    const int u = image.column_of(pixel);
+    const int v = image.row_of(pixel);
     for (std::size_t side = 0; side < kSides; ++side) {
       candidate.shadow[side] = static_cast<std::uint8_t>(shadow_of(side, u, v));
     }
   }
   for (const Candidate& candidate : all) {
-    const int u = candidate.pixel % image.width;
-    const int v = candidate.pixel / image.width;
+    const auto pixel = static_cast<std::size_t>(candidate.pixel);
+    const int u = image.column_of(pixel);
+    const int v = image.row_of(pixel);
     for (std::size_t side = 0; side < kSides; ++side) {
       const int shadow = candidate.shadow[side];
       if (shadow == 0 || !largest_along(side, u, v, shadow)) continue;
@@ -235,8 +240,8 @@ Vec3f RangeBorders::border_direction(std::size_t pixel) const noexcept {
     dv += kDv[side];
   }
   if (du == 0 && dv == 0) return Vec3f::Zero();
-  const int u = static_cast<int>(pixel) % image.width + du;
-  const int v = static_cast<int>(pixel) / image.width + dv;
+  const int u = image.column_of(pixel) + du;
+  const int v = image.row_of(pixel) + dv;
   const Vec3d ray((u - image.cx) / image.fx, (v - image.cy) / image.fy, 1.0);
   const Vec3d across = normal(pixel);
   const double slope = across.dot(ray);
@@ -259,8 +264,8 @@ void RangeBorders::average_directions() noexcept {
   for (const Candidate& candidate : candidates_.first(candidate_count_)) {
     const auto pixel = static_cast<std::size_t>(candidate.pixel);
     if (!obstacle(pixel) || border_[pixel].isZero(0.0F)) continue;
-    const int u = candidate.pixel % image.width;
-    const int v = candidate.pixel / image.width;
+    const int u = image.column_of(pixel);
+    const int v = image.row_of(pixel);
     const Vec3f own = border_[pixel];
     Vec3f sum = own;
     int count = 1;
@@ -301,9 +306,9 @@ void RangeBorders::extract(const RangeImage& image, const BorderParams& params,
 
 void RangeBorders::list_changes(double min_change) noexcept {
   const RangeImage& image = *image_;
-  std::size_t pixel = 0;
   std::size_t count = 0;
   for (int v = 0; v < image.height; ++v) {
+    std::size_t pixel = image.at(0, v);
     for (int u = 0; u < image.width; ++u, ++pixel) {
       listed_before_[pixel] = static_cast<std::int32_t>(count);
       if (static_cast<double>(change_[pixel]) < min_change) continue;
@@ -318,8 +323,8 @@ void RangeBorders::list_changes(double min_change) noexcept {
       before_[count] = change_[pixel];
       ++count;
     }
+    listed_before_[pixel] = static_cast<std::int32_t>(count);
   }
-  listed_before_[pixel] = static_cast<std::int32_t>(count);
 }
 
 kernels::ChangePlanes RangeBorders::changes() const noexcept {

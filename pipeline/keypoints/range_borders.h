@@ -82,9 +82,9 @@ class RangeBorders {
     return Vec3f(normal_[0][pixel], normal_[1][pixel], normal_[2][pixel]).cast<double>();
   }
   [[nodiscard]] kernels::RangePlanes places() const noexcept;
-  [[nodiscard]] bool by_blocks(int v, int reach) const noexcept;
-  /// Calls block(index of its first pixel, u) over a row's inner pixels; the last one overlaps the
-  /// one before. Blocks without a wanted pixel are left out.
+  [[nodiscard]] bool by_blocks() const noexcept;
+  /// Calls block(index of its first pixel, u) over a row's pixels; the last one overlaps the one
+  /// before. Blocks without a wanted pixel are left out.
   template <class Block>
   void each_block(int v, const Block& block) const noexcept;
   void fit_surfaces() noexcept;
@@ -130,8 +130,8 @@ class RangeBorders {
 
 template <class Block>
 void RangeBorders::each_block(int v, const Block& block) const noexcept {
-  const int last = image_->width - kernels::kRangeReach - kernels::kRangeBlock;
-  for (int u = kernels::kRangeReach; u < last + kernels::kRangeBlock; u += kernels::kRangeBlock) {
+  const int last = image_->width - kernels::kRangeBlock;
+  for (int u = 0; u < image_->width; u += kernels::kRangeBlock) {
     const int from = std::min(u, last);
     const std::size_t at = image_->at(from, v);
     if (!params_.wanted.empty()) {

@@ -15,13 +15,22 @@ constexpr int kMargin = 4;
 constexpr double kPitchSpacings = 1.5;
 constexpr double kViewRadii = 3.0;
 
-void empty(RangeImage& image) noexcept {
-  std::fill_n(image.kind.begin(), image.pixels(), RangeImage::Pixel::Unobserved);
-  std::fill_n(image.point.begin(), image.pixels(), -1);
-  std::fill_n(image.x.begin(), image.pixels(), RangeImage::kNowhere_m);
-  for (std::span<float>* plane : {&image.y, &image.z, &image.range}) {
-    std::fill_n(plane->begin(), image.pixels(), 0.0F);
+void empty(RangeImage& image, std::size_t begin, std::size_t end) noexcept {
+  const std::size_t count = end - begin;
+  std::fill_n(&image.kind[begin], count, RangeImage::Pixel::Unobserved);
+  std::fill_n(&image.point[begin], count, -1);
+  std::fill_n(&image.x[begin], count, RangeImage::kNowhere_m);
+  for (const std::span<float>& plane : {image.y, image.z, image.range}) {
+    std::fill_n(&plane[begin], count, 0.0F);
   }
+}
+
+void empty_rim(RangeImage& image) noexcept {
+  empty(image, 0, image.at(0, 0));
+  for (int v = 1; v < image.height; ++v) {
+    empty(image, image.at(image.width, v - 1), image.at(0, v));
+  }
+  empty(image, image.at(image.width, image.height - 1), image.pixels());
 }
 
 void set(RangeImage& image, std::size_t pixel, const Vec3f& p, std::int32_t point) noexcept {
@@ -85,6 +94,7 @@ Status see_grid(const Surface& surface, RangeImage& image) noexcept {
       image.point[row + u] = point;
     }
   }
+  empty_rim(image);
   return {};
 }
 
@@ -127,9 +137,13 @@ Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
   const auto size_of = [&](double half) {
     return 2.0 * std::floor(focal * half) + 1.0 + 2.0 * kMargin;
   };
-  const auto room = static_cast<double>(image.kind.size());
-  while (size_of(half_x) * size_of(half_y) > room && focal > 1.0) focal *= 0.9;
-  if (size_of(half_x) * size_of(half_y) > room) {
+  const auto fits = [&] {
+    return (size_of(half_x) + 2.0 * RangeImage::kRim) *
+               (size_of(half_y) + 2.0 * RangeImage::kRim) <=
+           static_cast<double>(image.kind.size());
+  };
+  while (!fits() && focal > 1.0) focal *= 0.9;
+  if (!fits()) {
     return Error{Code::CapacityExceeded, Stage::Keypoints, static_cast<std::int32_t>(surface.size)};
   }
   image.width = static_cast<int>(size_of(half_x));
@@ -137,7 +151,7 @@ Status see_cloud(const Surface& surface, RangeImage& image) noexcept {
   image.fx = image.fy = focal;
   image.cx = 0.5 * (image.width - 1);
   image.cy = 0.5 * (image.height - 1);
-  empty(image);
+  empty(image, 0, image.pixels());
   for (std::size_t i = 0; i < surface.size; ++i) {
     const Vec3f p = seen(i).cast<float>();
     const Vec3d d = p.cast<double>();
@@ -171,7 +185,7 @@ Status see(const Surface& surface, RangeImage& image) noexcept {
   if (!status.ok()) return status;
   image.nearest_m = RangeImage::kNowhere_m;
   image.farthest_m = 0.0F;
-  kernels::ranges({image.x.data(), image.y.data(), image.z.data(), image.width},
+  kernels::ranges({image.x.data(), image.y.data(), image.z.data(), image.stride()},
                   static_cast<std::ptrdiff_t>(image.pixels()), image.range.data(), &image.nearest_m,
                   &image.farthest_m);
   return status;
@@ -219,13 +233,15 @@ void halve(const RangeImage& from, RangeImage& to) noexcept {
   to.cx = 0.5 * from.cx;
   to.cy = 0.5 * from.cy;
   to.resolution_rad = 2.0 * from.resolution_rad;
+  GRAPNEL_ASSERT(to.pixels() <= to.kind.size());
   for (int v = 0; v < to.height; ++v) {
     const std::size_t in = from.at(0, 2 * v);
     const std::size_t out = to.at(0, v);
     kernels::halve_row({&from.x[in], &from.y[in], &from.z[in], &from.range[in], &from.point[in]},
-                       from.width, to.width,
+                       from.stride(), to.width,
                        {&to.x[out], &to.y[out], &to.z[out], &to.range[out], &to.point[out]});
   }
+  empty_rim(to);
   using Pixel = RangeImage::Pixel;
   for (std::size_t pixel = 0; pixel < to.pixels(); ++pixel) {
     const Pixel missing =
@@ -237,7 +253,7 @@ void halve(const RangeImage& from, RangeImage& to) noexcept {
 
 RangeImage rows_of(const RangeImage& image, int top, int bottom) noexcept {
   RangeImage part = image;
-  const std::size_t begin = image.at(0, top);
+  const std::size_t begin = image.at(-RangeImage::kRim, top - RangeImage::kRim);
   part.height = bottom - top;
   part.cy -= top;
   for (std::span<float>* plane : {&part.x, &part.y, &part.z, &part.range}) {

@@ -1,5 +1,5 @@
 // Local planes of a range image and how their normals spread: the fast engine in blocks of a row,
-// the reference engine and the image's rim pixel by pixel.
+// the reference engine pixel by pixel.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -27,7 +27,7 @@ Vec3d largest_eigenvector(const Symmetric3& m) noexcept {
 }  // namespace
 
 kernels::RangePlanes RangeBorders::places() const noexcept {
-  return {image_->x.data(), image_->y.data(), image_->z.data(), image_->width};
+  return {image_->x.data(), image_->y.data(), image_->z.data(), image_->stride()};
 }
 
 /// Covariances of a block's pixels.
@@ -56,10 +56,9 @@ struct RangeBorders::BlockSpread {
   }
 };
 
-/// Whether a row's inner pixels are worked on in blocks: `reach` rows above and below are there.
-bool RangeBorders::by_blocks(int v, int reach) const noexcept {
-  return params_.engine == Engine::Fast && v >= reach && v < image_->height - reach &&
-         image_->width >= kernels::kRangeBlock + 2 * kernels::kRangeReach;
+/// Whether rows are worked on in blocks.
+bool RangeBorders::by_blocks() const noexcept {
+  return params_.engine == Engine::Fast && image_->width >= kernels::kRangeBlock;
 }
 
 /// The normal is turned toward the camera.
@@ -147,13 +146,13 @@ void RangeBorders::fit_block(int u, int v) noexcept {
 void RangeBorders::fit_surfaces() noexcept {
   const RangeImage& image = *image_;
   std::fill_n(reach_m2_.begin(), image.pixels(), -1.0F);
+  const bool blocks = params_.plane_radius_px == 2 && by_blocks();
   for (int v = 0; v < image.height; ++v) {
-    const bool blocks = params_.plane_radius_px == 2 && by_blocks(v, 2);
-    if (blocks) each_block(v, [&](std::ptrdiff_t, int u) { fit_block(u, v); });
-    for (int u = 0; u < image.width; ++u) {
-      if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
-      fit_surface(u, v);
+    if (blocks) {
+      each_block(v, [&](std::ptrdiff_t, int u) { fit_block(u, v); });
+      continue;
     }
+    for (int u = 0; u < image.width; ++u) fit_surface(u, v);
   }
 }
 
@@ -191,7 +190,7 @@ void RangeBorders::measure_change(int u, int v, double min_change) noexcept {
 
 void RangeBorders::measure_block(std::size_t first, double min_change) noexcept {
   const kernels::RangePlanes normals{normal_[0].data(), normal_[1].data(), normal_[2].data(),
-                                     image_->width};
+                                     image_->stride()};
   using Values = std::array<float, kernels::kRangeBlock>;
   BlockSpread spread;
   Values count;
@@ -220,15 +219,15 @@ void RangeBorders::measure_changes(double min_change) noexcept {
     const auto pixel = static_cast<std::size_t>(candidate.pixel);
     if (!excluded(pixel) && !direction_[pixel].isZero(0.0F)) change_[pixel] = 1.0F;
   }
+  const bool blocks = params_.curvature_radius_px == 2 && by_blocks();
   for (int v = 0; v < image.height; ++v) {
-    const bool blocks = params_.curvature_radius_px == 2 && by_blocks(v, 2);
     if (blocks) {
       each_block(v, [&](std::ptrdiff_t at, int) {
         measure_block(static_cast<std::size_t>(at), min_change);
       });
+      continue;
     }
     for (int u = 0; u < image.width; ++u) {
-      if (blocks && u == kernels::kRangeReach) u = image.width - kernels::kRangeReach;
       const std::size_t pixel = image.at(u, v);
       if (change_[pixel] == 0.0F && !excluded(pixel)) measure_change(u, v, min_change);
     }

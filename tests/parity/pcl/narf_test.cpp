@@ -17,6 +17,15 @@
 namespace grapnel {
 namespace {
 
+/// Calls use(pixel, the same pixel's index in PCL's image, which has no rim).
+template <class Use>
+void each_pixel(const RangeImage& image, const Use& use) {
+  std::size_t their = 0;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) use(image.at(u, v), their++);
+  }
+}
+
 /// Both libraries' results over one grid of depths (0 = no reading).
 struct Both {
   NarfDetector ours;
@@ -35,17 +44,17 @@ struct Both {
     EXPECT_TRUE(ours.detect(surface, set).ok());
     // The same points, bit by bit, in the image that ours looked at.
     const RangeImage& seen = ours.image();
-    std::vector<float> depth(seen.pixels(), 0.0F);
+    std::vector<float> depth(static_cast<std::size_t>(seen.width * seen.height), 0.0F);
     image.setDepthImage(depth.data(), seen.width, seen.height, static_cast<float>(seen.cx),
                         static_cast<float>(seen.cy), static_cast<float>(seen.fx),
                         static_cast<float>(seen.fy));
-    for (std::size_t i = 0; i < seen.pixels(); ++i) {
-      if (!seen.valid(i)) continue;
-      image[i].x = seen.x[i];
-      image[i].y = seen.y[i];
-      image[i].z = seen.z[i];
-      image[i].range = seen.range[i];
-    }
+    each_pixel(seen, [&](std::size_t i, std::size_t their) {
+      if (!seen.valid(i)) return;
+      image[their].x = seen.x[i];
+      image[their].y = seen.y[i];
+      image[their].z = seen.z[i];
+      image[their].range = seen.range[i];
+    });
     theirs.setRangeImage(&image);
     theirs.getParameters().support_size = static_cast<float>(params.support_m);
     theirs.getParameters().calculate_sparse_interest_image = false;
@@ -71,8 +80,8 @@ void expect_same_borders(const Both& b) {
   const auto& theirs = const_cast<Both&>(b).extractor.getBorderDescriptions();
   std::array<std::size_t, 3> both{};
   std::array<std::size_t, 3> either{};
-  for (std::size_t i = 0; i < image.pixels(); ++i) {
-    const pcl::BorderTraits& traits = theirs[i].traits;
+  each_pixel(image, [&](std::size_t i, std::size_t their) {
+    const pcl::BorderTraits& traits = theirs[their].traits;
     const std::array<bool, 3> a = {b.ours.borders().obstacle(i), b.ours.borders().shadow(i),
                                    b.ours.borders().veil(i)};
     const std::array<bool, 3> c = {traits[pcl::BORDER_TRAIT__OBSTACLE_BORDER],
@@ -82,7 +91,7 @@ void expect_same_borders(const Both& b) {
       both[k] += a[k] && c[k] ? 1 : 0;
       either[k] += a[k] || c[k] ? 1 : 0;
     }
-  }
+  });
   EXPECT_GT(either[0], 50U);
   // A score on a threshold may fall to either side in single precision.
   for (std::size_t k = 0; k < 3; ++k) EXPECT_GE(overlap(both[k], either[k]), 0.98) << k;
@@ -98,17 +107,17 @@ void expect_same_interest(Both& b) {
   double bb = 0.0;
   double ab = 0.0;
   std::size_t near = 0;
-  for (std::size_t i = 0; i < image.pixels(); ++i) {
+  each_pixel(image, [&](std::size_t i, std::size_t their) {
     const auto ours = static_cast<double>(b.ours.interest(i));
-    const auto other = static_cast<double>(theirs[i]);
+    const auto other = static_cast<double>(theirs[their]);
     sum_a += ours;
     sum_b += other;
     aa += ours * ours;
     bb += other * other;
     ab += ours * other;
     near += std::fabs(ours - other) < 0.05 ? 1 : 0;
-  }
-  const auto n = static_cast<double>(image.pixels());
+  });
+  const auto n = static_cast<double>(image.width * image.height);
   const double correlation =
       (ab - sum_a * sum_b / n) / std::sqrt((aa - sum_a * sum_a / n) * (bb - sum_b * sum_b / n));
   EXPECT_GT(correlation, 0.98);
