@@ -10,6 +10,7 @@ namespace grapnel {
 namespace {
 
 constexpr std::size_t kRangesAtOnce = 64;
+constexpr std::size_t kAskedBeside = 8;
 
 double diagonal_m(const Surface& surface) noexcept {
   double squared = 0.0;
@@ -139,13 +140,13 @@ bool NeighbourSearch::exceeded(std::size_t position, float radius_m,
   const Vec3f place(x_[position], y_[position], z_[position]);
   const float squared = radius_m * radius_m;
   const float own = values[position];
+  const auto decides = [&](std::size_t i) {
+    return values[i] > own && (Vec3f(x_[i], y_[i], z_[i]) - place).squaredNorm() <= squared;
+  };
   // The points before and behind mostly lie near, and mostly one of them decides.
-  const std::size_t first = position < 2 ? 0 : position - 2;
-  const std::size_t last = std::min(position + 3, surface_->size);
-  for (std::size_t i = first; i < last; ++i) {
-    if (values[i] > own && (Vec3f(x_[i], y_[i], z_[i]) - place).squaredNorm() <= squared) {
-      return true;
-    }
+  for (std::size_t step = 1; step <= kAskedBeside; ++step) {
+    if (position >= step && decides(position - step)) return true;
+    if (position + step < surface_->size && decides(position + step)) return true;
   }
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), squared};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
