@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/kernels/tangent_spread.h"
+
 namespace grapnel {
 
 FieldTable curvature_fields() noexcept {
@@ -21,9 +23,10 @@ FieldTable curvature_fields() noexcept {
 void PrincipalCurvature::reserve(Arena& arena, const Limits& limits) {
   const std::size_t points = std::max(limits.max_points, limits.max_model_points);
   sums_.reserve(arena, limits);
-  pc1_ = arena.take<float>(points);
-  pc2_ = arena.take<float>(points);
-  for (std::span<float>& plane : direction_) plane = arena.take<float>(points);
+  const std::size_t padded = points + SphereSums::kPadding;
+  pc1_ = arena.take<float>(padded);
+  pc2_ = arena.take<float>(padded);
+  for (std::span<float>& plane : direction_) plane = arena.take<float>(padded);
 }
 
 /// Projecting the normals with M = I - n nᵀ turns their covariance C into M C M, whose third
@@ -59,20 +62,21 @@ void PrincipalCurvature::store(std::size_t point_i, const Vec3d& normal,
 
 void PrincipalCurvature::estimate_fast(const Surface& surface) noexcept {
   sums_.normals(true);
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    if (!surface.has_normal(i)) continue;
-    const double by = 1.0 / static_cast<double>(sums_.count()[i]);
-    const double x = static_cast<double>(sums_.first(0)[i]) * by;
-    const double y = static_cast<double>(sums_.first(1)[i]) * by;
-    const double z = static_cast<double>(sums_.first(2)[i]) * by;
-    const auto entry = [&](std::size_t k) { return static_cast<double>(sums_.product(k)[i]) * by; };
-    store(i, surface.normal(i).cast<double>(),
-          {entry(0) - x * x, entry(1) - x * y, entry(2) - x * z, entry(3) - y * y, entry(4) - y * z,
-           entry(5) - z * z});
-  }
+  kernels::TangentSums sums;
+  sums.count = sums_.count().data();
+  for (std::size_t axis = 0; axis < 3; ++axis) sums.first[axis] = sums_.first(axis).data();
+  sums.products = sums_.products();
+  sums.normal[0] = surface.nx.data();
+  sums.normal[1] = surface.ny.data();
+  sums.normal[2] = surface.nz.data();
+  kernels::tangent_spread(sums, surface.size, pc1_.data(), pc2_.data(),
+                          {direction_[0].data(), direction_[1].data(), direction_[2].data()});
 }
 
 void PrincipalCurvature::estimate_plainly(const Surface& surface) noexcept {
+  for (const std::span<float>& plane : {pc1_, pc2_, direction_[0], direction_[1], direction_[2]}) {
+    std::fill_n(plane.begin(), surface.size, 0.0F);
+  }
   for (std::size_t i = 0; i < surface.size; ++i) {
     if (!surface.has_normal(i)) continue;
     const Neighbourhood around = sums_.search().within(i, static_cast<float>(radius_m_));
@@ -104,9 +108,6 @@ Status PrincipalCurvature::estimate(const Surface& surface) noexcept {
     return Error{built.error().code, Stage::Normals, built.error().detail};
   }
   size_ = surface.size;
-  for (const std::span<float>& plane : {pc1_, pc2_, direction_[0], direction_[1], direction_[2]}) {
-    std::fill_n(plane.begin(), surface.size, 0.0F);
-  }
   if (params_.engine == Engine::Fast) {
     estimate_fast(surface);
   } else {
