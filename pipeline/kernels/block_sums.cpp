@@ -1,5 +1,6 @@
 #include "pipeline/kernels/block_sums.h"
 
+#include <algorithm>
 #include <bit>
 
 #undef HWY_TARGET_INCLUDE
@@ -22,25 +23,30 @@ HWY_INLINE V Apart(const float* low, const float* high, float box_low, float box
   return hn::Max(hn::Max(before, behind), hn::Zero(Lanes()));
 }
 
-std::size_t NearBoxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
-                      std::int32_t* found) {
+void NearMembers(const BoxPlanes& boxes, const float* begin, std::span<const PointRange> ranges,
+                 const Box& box, float squared_m2, Stretches& members) {
   const Lanes d;
+  const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
   const V limit = Number(squared_m2);
-  std::size_t count = 0;
-  for (std::int32_t i = range.begin; i < range.end; i += static_cast<std::int32_t>(hn::Lanes(d))) {
-    const V x = Apart(boxes.low_x + i, boxes.high_x + i, box.low[0], box.high[0]);
-    const V y = Apart(boxes.low_y + i, boxes.high_y + i, box.low[1], box.high[1]);
-    const V z = Apart(boxes.low_z + i, boxes.high_z + i, box.low[2], box.high[2]);
-    const V squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::Le(squared, limit), bits);
-    for (std::uint32_t rest = bits[0]; rest != 0; rest &= rest - 1) {
-      const std::int32_t near = i + std::countr_zero(rest);
-      if (near >= range.end) break;
-      found[count++] = near;
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; i += lanes) {
+      const V x = Apart(boxes.low_x + i, boxes.high_x + i, box.low[0], box.high[0]);
+      const V y = Apart(boxes.low_y + i, boxes.high_y + i, box.low[1], box.high[1]);
+      const V z = Apart(boxes.low_z + i, boxes.high_z + i, box.low[2], box.high[2]);
+      const V squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::Le(squared, limit), bits);
+      const std::uint32_t in_range = (1U << std::min(lanes, range.end - i)) - 1U;
+      std::uint32_t rest = bits[0] & in_range;
+      while (rest != 0) {
+        const int first = std::countr_zero(rest);
+        const int behind = first + std::countr_one(rest >> first);
+        members.add({static_cast<std::int32_t>(begin[i + first]),
+                     static_cast<std::int32_t>(begin[i + behind])});
+        rest = rest >> behind << behind;
+      }
     }
   }
-  return count;
 }
 
 template <bool kFirst>
@@ -143,13 +149,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace grapnel::kernels {
 
-HWY_EXPORT(NearBoxes);
+HWY_EXPORT(NearMembers);
 HWY_EXPORT(BlockScatter);
 HWY_EXPORT(BlockNormals);
 
-std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
-                       std::int32_t* found) noexcept {
-  return HWY_DYNAMIC_DISPATCH(NearBoxes)(boxes, range, box, squared_m2, found);
+void near_members(const BoxPlanes& boxes, const float* begin, std::span<const PointRange> ranges,
+                  const Box& box, float squared_m2, Stretches& members) noexcept {
+  HWY_DYNAMIC_DISPATCH(NearMembers)(boxes, begin, ranges, box, squared_m2, members);
 }
 
 void block_scatter(const PointPlanes& points, const BlockOfPoints& block,

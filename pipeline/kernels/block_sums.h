@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,10 +19,30 @@ struct Box {
   float high[3] = {};
 };
 
-/// Those of the boxes begin…end that are at most the root of `squared_m2` away from a box,
-/// ascending in `found`, which holds all of them plus kSlack. Returns their number.
-std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
-                       std::int32_t* found) noexcept;
+/// Stretches, ascending. Where there is no room, the last one grows over a gap.
+class Stretches {
+ public:
+  void clear() noexcept { count_ = 0; }
+  void add(PointRange range) noexcept {
+    if (count_ > 0 && (list_[count_ - 1].end == range.begin || count_ == list_.size())) {
+      list_[count_ - 1].end = range.end;
+    } else {
+      list_[count_++] = range;
+    }
+  }
+  [[nodiscard]] std::span<const PointRange> list() const noexcept {
+    return std::span<const PointRange>(list_).first(count_);
+  }
+
+ private:
+  std::array<PointRange, 128> list_;
+  std::size_t count_ = 0;
+};
+
+/// Adds what the boxes of the ranges (not empty, ascending) hold that are at most the root of
+/// `squared_m2` away from a box. Box i holds begin[i]…begin[i + 1] - 1.
+void near_members(const BoxPlanes& boxes, const float* begin, std::span<const PointRange> ranges,
+                  const Box& box, float squared_m2, Stretches& members) noexcept;
 
 /// Consecutive points, at most kBlock of them, whose spheres are summed together.
 struct BlockOfPoints {

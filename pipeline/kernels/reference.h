@@ -86,8 +86,8 @@ std::size_t count_inliers(const PairPlanes& pairs, std::size_t count, const Rigi
 void agreeing_pairs(const PairPlanes& pairs, std::size_t count, std::size_t pair_i,
                     const PairAgreement& agreement, std::uint64_t* bits) noexcept;
 
-std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
-                       std::int32_t* found) noexcept;
+void near_members(const BoxPlanes& boxes, const float* begin, std::span<const PointRange> ranges,
+                  const Box& box, float squared_m2, Stretches& members) noexcept;
 
 void block_scatter(const PointPlanes& points, const BlockOfPoints& block,
                    std::span<const PointRange> ranges, float squared_m2, bool first,

@@ -47,19 +47,20 @@ void clear(float (*sums)[kBlock]) {
 
 }  // namespace
 
-std::size_t near_boxes(const BoxPlanes& boxes, PointRange range, const Box& box, float squared_m2,
-                       std::int32_t* found) noexcept {
-  std::size_t count = 0;
-  for (std::int32_t i = range.begin; i < range.end; ++i) {
-    const Offset low = at(boxes.low_x, boxes.low_y, boxes.low_z, i);
-    const Offset high = at(boxes.high_x, boxes.high_y, boxes.high_z, i);
-    Offset apart{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      apart[k] = std::max({low[k] - box.high[k], box.low[k] - high[k], 0.0F});
+void near_members(const BoxPlanes& boxes, const float* begin, std::span<const PointRange> ranges,
+                  const Box& box, float squared_m2, Stretches& members) noexcept {
+  for (const PointRange& range : ranges) {
+    for (std::int32_t i = range.begin; i < range.end; ++i) {
+      const Offset low = at(boxes.low_x, boxes.low_y, boxes.low_z, i);
+      const Offset high = at(boxes.high_x, boxes.high_y, boxes.high_z, i);
+      Offset apart{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        apart[k] = std::max({low[k] - box.high[k], box.low[k] - high[k], 0.0F});
+      }
+      if (squared(apart) > squared_m2) continue;
+      members.add({static_cast<std::int32_t>(begin[i]), static_cast<std::int32_t>(begin[i + 1])});
     }
-    if (squared(apart) <= squared_m2) found[count++] = i;
   }
-  return count;
 }
 
 void block_scatter(const PointPlanes& points, const BlockOfPoints& block,

@@ -71,35 +71,20 @@ kernels::Box PointBlocks::box_at(std::size_t at) const noexcept {
   return box;
 }
 
-template <class Use>
-void PointBlocks::each_near(std::size_t from, PointRange range, const kernels::Box& box,
-                            const Use& use) const noexcept {
-  constexpr std::int32_t kAtOnce = 128;
-  std::array<std::int32_t, static_cast<std::size_t>(kAtOnce) + kernels::kSlack> found;
-  for (std::int32_t begin = range.begin; begin < range.end; begin += kAtOnce) {
-    const PointRange some{begin, std::min(begin + kAtOnce, range.end)};
-    const std::size_t count = kernels::near_boxes(boxes(from), some, box, reach_m2_, found.data());
-    for (std::size_t i = 0; i < count; ++i) use(found[i]);
-  }
-}
-
 std::span<const PointRange> PointBlocks::near(std::int32_t block_i) noexcept {
   if (block_i < group_blocks_.begin || block_i >= group_blocks_.end) {
     const std::int32_t after = block_i >= group_blocks_.end ? group_ + 1 : 0;
     for (group_ = after; members(group_).end <= block_i;) ++group_;
     group_blocks_ = members(group_);
     near_blocks_.clear();
-    const kernels::Box box = box_at(groups_at() + static_cast<std::size_t>(group_));
-    each_near(groups_at(), {0, groups_}, box,
-              [&](std::int32_t near) { near_blocks_.add(members(near)); });
+    const PointRange all{0, groups_};
+    kernels::near_members(boxes(groups_at()), planes_[kBegin].data() + groups_at(), {&all, 1},
+                          box_at(groups_at() + static_cast<std::size_t>(group_)), reach_m2_,
+                          near_blocks_);
   }
   near_points_.clear();
-  const kernels::Box box = box_at(static_cast<std::size_t>(block_i));
-  for (const PointRange& blocks : near_blocks_.list()) {
-    each_near(0, blocks, box, [&](std::int32_t near) {
-      near_points_.add({begin_of(near), begin_of(near + 1)});
-    });
-  }
+  kernels::near_members(boxes(0), planes_[kBegin].data(), near_blocks_.list(),
+                        box_at(static_cast<std::size_t>(block_i)), reach_m2_, near_points_);
   return near_points_.list();
 }
 

@@ -31,27 +31,6 @@ class PointBlocks {
   static constexpr std::size_t kGroup = 8;  ///< blocks, at most
   static constexpr std::size_t kBegin = 6;  ///< the plane that holds where blocks begin
 
-  /// Stretches, ascending. Where there is no room, the last one grows over a gap: more is looked
-  /// at.
-  class Stretches {
-   public:
-    void clear() noexcept { count_ = 0; }
-    void add(PointRange range) noexcept {
-      if (count_ > 0 && (list_[count_ - 1].end == range.begin || count_ == list_.size())) {
-        list_[count_ - 1].end = range.end;
-      } else {
-        list_[count_++] = range;
-      }
-    }
-    [[nodiscard]] std::span<const PointRange> list() const noexcept {
-      return std::span<const PointRange>(list_).first(count_);
-    }
-
-   private:
-    std::array<PointRange, 128> list_;
-    std::size_t count_ = 0;
-  };
-
   [[nodiscard]] std::size_t groups_at() const noexcept {
     return static_cast<std::size_t>(size_) + kernels::kSlack;
   }
@@ -72,10 +51,6 @@ class PointBlocks {
     return {side(0), side(1), side(2), side(3), side(4), side(5)};
   }
   [[nodiscard]] kernels::Box box_at(std::size_t at) const noexcept;
-  /// Calls use(index) for the boxes of a range, counted from `from`, that are near a box.
-  template <class Use>
-  void each_near(std::size_t from, PointRange range, const kernels::Box& box,
-                 const Use& use) const noexcept;
 
   kernels::PointPlanes points_;
   std::int32_t size_;
@@ -85,8 +60,8 @@ class PointBlocks {
   std::int32_t groups_ = 0;
   std::int32_t group_ = -1;  ///< whose near groups' blocks are known
   PointRange group_blocks_;
-  Stretches near_blocks_;
-  Stretches near_points_;
+  kernels::Stretches near_blocks_;
+  kernels::Stretches near_points_;
 };
 
 }  // namespace grapnel

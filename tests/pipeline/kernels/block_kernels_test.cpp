@@ -97,7 +97,13 @@ TEST_P(BlockKernel, SumsOfNormalsAreThoseOfPlainLoops) {
   }
 }
 
-TEST_P(BlockKernel, NearBoxesAreThoseOfPlainLoops) {
+std::vector<std::array<std::int32_t, 2>> listed(const kernels::Stretches& stretches) {
+  std::vector<std::array<std::int32_t, 2>> list;
+  for (const PointRange& range : stretches.list()) list.push_back({range.begin, range.end});
+  return list;
+}
+
+TEST_P(BlockKernel, MembersOfNearBoxesAreThoseOfPlainLoops) {
   const Points cloud;
   std::array<std::vector<float>, 3> high;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -107,13 +113,20 @@ TEST_P(BlockKernel, NearBoxesAreThoseOfPlainLoops) {
   const kernels::BoxPlanes boxes{cloud.plane[0].data(), cloud.plane[1].data(),
                                  cloud.plane[2].data(), high[0].data(),
                                  high[1].data(),        high[2].data()};
-  const kernels::Box box{{0.4F, 0.5F, 0.1F}, {0.6F, 0.6F, 0.9F}};
-  for (const PointRange& range : {PointRange{0, kPoints}, {3, 4}, {17, 90}, {5, 5}}) {
-    std::vector<std::int32_t> found(kRoom);
-    std::vector<std::int32_t> expected(kRoom);
-    found.resize(kernels::near_boxes(boxes, range, box, 0.01F, found.data()));
-    expected.resize(kernels::reference::near_boxes(boxes, range, box, 0.01F, expected.data()));
-    EXPECT_EQ(found, expected);
+  std::vector<float> begin(kRoom + 1);
+  for (std::size_t i = 0; i < begin.size(); ++i) begin[i] = static_cast<float>(5 * i + i % 3);
+  const kernels::Box box{{0.4F, 0.3F, 0.1F}, {0.6F, 0.8F, 0.9F}};
+  const auto range = [](std::int32_t first, std::int32_t end) { return PointRange{first, end}; };
+  for (const std::vector<PointRange>& ranges :
+       {std::vector{range(0, kPoints)}, {range(3, 4), range(4, 21), range(90, kPoints)}, {}}) {
+    for (const float squared_m2 : {0.0F, 0.01F, 4.0F}) {
+      kernels::Stretches found;
+      kernels::Stretches expected;
+      kernels::near_members(boxes, begin.data(), ranges, box, squared_m2, found);
+      kernels::reference::near_members(boxes, begin.data(), ranges, box, squared_m2, expected);
+      EXPECT_EQ(listed(found), listed(expected));
+      EXPECT_EQ(found.list().empty(), ranges.empty());
+    }
   }
 }
 
