@@ -286,8 +286,9 @@ Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report)
   report.counts.hypotheses = static_cast<std::uint32_t>(s_.search.hypothesis_count());
   if (const Status status = watch_.enter(Stage::Refine); !status.ok()) return status;
   s_.search.settle(model, object);
-  s_.search.verify(model, object, floor_m, least_accepted_worth(s_.stages.params.verdict));
+  s_.search.refine_best(model, object, floor_m);
   if (const Status status = watch_.enter(Stage::Judge); !status.ok()) return status;
+  s_.search.tell_apart(model, object, floor_m, least_accepted_worth(s_.stages.params.verdict));
   judge(model_i, floor_m, report);
   report.budget_reached = s_.object.keypoints.overflowed() || s_.correspondences.overflowed() ||
                           model.keypoints.overflowed() || s_.components.overflowed();

@@ -22,18 +22,7 @@ constexpr double kFirstLook = 3.0;
 // It takes every second pixel of the view both ways, where at least so many are left across.
 constexpr int kGlanceStride = 2;
 constexpr double kFewestAcross_px = 48.0;
-// Poses below this share of the best one's worth can't become its rivals by refinement.
-constexpr double kAlternative = 0.4;
-// Rivals of at least this share of the best one's worth are compared with it pixel by pixel…
-constexpr double kRival = 0.6;
-// …and may take its place when they are as good as equal.
-constexpr double kEqual = 0.9;
-// Where the readings tell a mirror image apart this surely, its worth is not asked for.
-constexpr double kToldApart = 0.5;
 constexpr std::size_t kMaxContour = 4096;
-// What is cut off from an object by a step in depth and still is of it lies this near, in
-// diameters.
-constexpr double kAttached = 0.05;
 
 PoseScore rating(const ModelIndex& model, const MeasuredObject& object, const SightImage& sight,
                  double tolerance_m) noexcept {
@@ -236,26 +225,27 @@ MeasuredObject ObjectSearch::glance(const ModelIndex& model,
   MeasuredObject glanced = object;
   glanced.view = &glance_view_;
   glanced.edges = &glance_edges_;
+  glanced.shared_px = std::max(1.0, object.shared_px / (kGlanceStride * kGlanceStride));
   return glanced;
 }
 
-void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object, double floor_m,
-                          double least_worth) noexcept {
+void ObjectSearch::refine_best(const ModelIndex& model, const MeasuredObject& object,
+                               double floor_m) noexcept {
   // A first look, coarse and at a wide tolerance, orders the finalists.
   candidates_.clear();
-  const MeasuredObject glanced = glance(model, object);
+  glanced_ = glance(model, object);
   for (const Hypothesis& hypothesis : settled_) {
     const bool first = &hypothesis == settled_.begin();
     if (!first &&
         (hypothesis.support < settled_[0].support - kHopeless || hypothesis.support < kUnlikely)) {
       break;
     }
-    keep_candidate(model, first_look(model, glanced, hypothesis.target_from_source, floor_m));
+    keep_candidate(model, first_look(model, glanced_, hypothesis.target_from_source, floor_m));
   }
   best_first();
   // No pose meets even half of what it should: one is refined, for the report.
-  const bool hopeless = settled_.empty() || settled_[0].support < kUnlikely;
-  const std::size_t winners = hopeless ? 1 : params_.winners;
+  hopeless_ = settled_.empty() || settled_[0].support < kUnlikely;
+  const std::size_t winners = hopeless_ ? 1 : params_.winners;
   settled_.clear();
   for (std::size_t i = 0; i < std::min(winners, candidates_.size()); ++i) {
     keep_best(settled_, {candidates_[i].refined.target_from_source, candidates_[i].worth});
@@ -271,117 +261,6 @@ void ObjectSearch::verify(const ModelIndex& model, const MeasuredObject& object,
     best_first();
     best = candidates_[0].worth;
   }
-  if (hopeless || candidates_.empty() || candidates_[0].worth < least_worth) return;
-  if (params_.siblings) try_siblings(model, object, glanced, floor_m);
-  test_rivals(model, object);
-}
-
-void ObjectSearch::test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept {
-  for (std::size_t turn = 0; turn < candidates_.size(); ++turn) {
-    if (!beaten_by_rival(model, object)) return;
-  }
-}
-
-bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject& object) noexcept {
-  const Candidate best = candidates_[0];
-  bool kept = false;
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    Candidate& rival = candidates_[i];
-    if (rival.worth < kRival * best.worth) continue;
-    if (!distinct(model, rival.refined.target_from_source, best.refined.target_from_source,
-                  params_.distinct_ratio)) {
-      continue;
-    }
-    if (!kept) {
-      render_.render(model.fine, best.refined.target_from_source, *object.view);
-      rivals_.keep(render_);
-      kept = true;
-    }
-    render_.render(model.fine, rival.refined.target_from_source, *object.view);
-    const Contrast contrast = rivals_.against(render_, *object.view, object.shared_px);
-    if (contrast.gain < 0.0 && rival.worth >= kEqual * best.worth) {
-      candidates_[0] = rival;
-      rival = best;
-      return true;
-    }
-    rival.told_apart = contrast.certainty();
-  }
-  return false;
-}
-
-void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& object,
-                                const MeasuredObject& glanced, double floor_m) noexcept {
-  const Pose best = candidates_[0].refined.target_from_source;
-  const double best_worth = candidates_[0].worth;
-  for (const Sibling& near : model.siblings) {
-    const Pose sibling = best * near.motion;
-    if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
-    const Candidate seen = first_look(model, glanced, sibling, floor_m);
-    if (seen.worth < kAlternative * best_worth) continue;
-    RefinedPose refined;
-    if (!refine(model, object, sibling, refined)) continue;
-    verify_pose(model, object, refined, floor_m);
-  }
-  best_first();
-}
-
-double ObjectSearch::margin(const ModelIndex& model) const noexcept {
-  if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return 0.0;
-  double least = 1.0;
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    if (!distinct(model, candidates_[i].refined.target_from_source,
-                  candidates_[0].refined.target_from_source, params_.distinct_ratio)) {
-      continue;
-    }
-    const double ratio = std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
-    least = std::min(least, std::max(1.0 - ratio, candidates_[i].told_apart));
-  }
-  return least;
-}
-
-double ObjectSearch::mirror_margin(const ModelIndex& model, const MeasuredObject& object,
-                                   double floor_m) noexcept {
-  if (model.mirrored.empty() || candidates_.empty() || !(candidates_[0].worth > 0.0)) return 1.0;
-  const Candidate& best = candidates_[0];
-  render_.render(model.fine, best.refined.target_from_source, *object.view);
-  rivals_.keep(render_);
-  double least = 1.0;
-  for (const Sibling& near : model.mirrored) {
-    const Pose mirrored = best.refined.target_from_source * near.motion;
-    render_.render(model.fine, mirrored, *object.view);
-    double apart = rivals_.against(render_, *object.view, object.shared_px).certainty();
-    if (apart < kToldApart) {
-      const double worth = look(model, object, mirrored, floor_m, false).worth;
-      apart = std::max(apart, 1.0 - std::max(0.0, worth) / best.worth);
-    }
-    least = std::min(least, apart);
-  }
-  return least;
-}
-
-void ObjectSearch::show_best(const ModelIndex& model, const MeasuredObject& object) noexcept {
-  const Pose& pose = candidates_[0].refined.target_from_source;
-  render_.render(model.fine, pose, *object.view);
-  render_.find_contour(model.fine, pose, *object.view);
-}
-
-GroundBeside ObjectSearch::ground_beside(const ModelIndex& model, const MeasuredObject& object,
-                                         const Resting& resting, double tolerance_m) noexcept {
-  return ground_.look(model.fine, candidates_[0].refined.target_from_source, render_, *object.view,
-                      *object.edges, resting.lowest_m, resting.highest_m, tolerance_m);
-}
-
-PoseReadings ObjectSearch::information(const ModelIndex& model, const MeasuredObject& object,
-                                       const ReadingSpread& spread) const noexcept {
-  return pose_information(model.fine, candidates_[0].refined.target_from_source, render_,
-                          *object.view, *object.edges, spread);
-}
-
-double ObjectSearch::left_over_m2(const ModelIndex& model, const MeasuredObject& object) noexcept {
-  const Pose& pose = candidates_[0].refined.target_from_source;
-  const LeftOver left_over(model.table, disc_radius_m(model.fine), pose, render_, *object.view,
-                           static_cast<float>(kAttached * model.diameter_m));
-  return verification_.left_over_m2(left_over, render_, *object.view);
 }
 
 }  // namespace grapnel

@@ -73,10 +73,12 @@ class ObjectSearch {
                const Correspondences& correspondences, const Pose* initial, Rng& rng) noexcept;
   /// Refines what was proposed and verifies the best; candidates() are then best first.
   void settle(const ModelIndex& model, const MeasuredObject& object) noexcept;
-  /// Below `least_worth` no pose is accepted: then it is not asked how surely the best one is told
-  /// from others.
-  void verify(const ModelIndex& model, const MeasuredObject& object, double floor_m,
-              double least_worth) noexcept;
+  /// Refines the best of those finely and verifies them; candidates() are then these, best first.
+  void refine_best(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  /// Asks how surely the best is told from others, its siblings among them. Below `least_worth` no
+  /// pose is accepted: then nobody asks.
+  void tell_apart(const ModelIndex& model, const MeasuredObject& object, double floor_m,
+                  double least_worth) noexcept;
 
   [[nodiscard]] std::size_t hypothesis_count() const noexcept { return proposed_.size(); }
   [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }
@@ -115,8 +117,7 @@ class ObjectSearch {
   void verify_pose(const ModelIndex& model, const MeasuredObject& object,
                    const RefinedPose& refined, double floor_m) noexcept;
   /// The best pose's siblings: a nearly symmetric part must be called ambiguous, not wrong.
-  void try_siblings(const ModelIndex& model, const MeasuredObject& object,
-                    const MeasuredObject& glanced, double floor_m) noexcept;
+  void try_siblings(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
   /// Compares the best with its near rivals where they differ; a rival that fits better there
   /// takes its place.
   void test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept;
@@ -125,6 +126,9 @@ class ObjectSearch {
   [[nodiscard]] bool distinct(const ModelIndex& model, const Pose& a, const Pose& b,
                               double ratio) const noexcept;
   void keep_candidate(const ModelIndex& model, const Candidate& candidate) noexcept;
+
+  /// Poses below this share of the best one's worth can't become its rivals by refinement.
+  static constexpr double kAlternative = 0.4;
 
   SearchParams params_;
   HypothesisGenerator& generator_;
@@ -139,6 +143,8 @@ class ObjectSearch {
   ThinnedDepth glance_depth_;
   EdgeMap glance_edges_;
   DepthView glance_view_;
+  MeasuredObject glanced_;  ///< the object, as first looks see it
+  bool hopeless_ = false;   ///< no pose meets even half of what it should
   Hypotheses proposed_;
   Hypotheses settled_;
   FixedList<Candidate> candidates_;

@@ -55,6 +55,10 @@ struct DepthView {
   int stride = 1;                    ///< sensor pixels a pixel of this view
   const Surface* working = nullptr;  ///< organised, same camera; its own (coarser) grid
 
+  /// Sensor pixels in the view's own, rounded up.
+  [[nodiscard]] int own_px(int sensor_px) const noexcept {
+    return (sensor_px + stride - 1) / stride;
+  }
   [[nodiscard]] float z_m(int u, int v) const noexcept {
     return metres_per_unit * static_cast<float>(depth.at(u, v));
   }

@@ -20,10 +20,6 @@ constexpr double kUnderside = 0.1;
 // that its pixels are apart: the other surface may be seen as flat as 15 degrees.
 constexpr double kFlat = 4.0;
 
-int in_view(const DepthView& view, int sensor_px) noexcept {
-  return (sensor_px + view.stride - 1) / view.stride;
-}
-
 Vec3f seen_at(const DepthView& view, int u, int v) noexcept {
   const float z = view.z_m(u, v);
   return {static_cast<float>((u - view.intrinsics.cx) / view.intrinsics.fx) * z,
@@ -43,8 +39,8 @@ void GroundSearch::reserve(Arena& arena, std::size_t max_contour) {
 
 bool GroundSearch::look_beside(const ModelRender& render, const DepthView& view,
                                const ContourPoint& point, Place& place) noexcept {
-  const int last = in_view(view, kShadow_px);
-  for (int k = in_view(view, kBeside_px); k <= last; ++k) {
+  const int last = view.own_px(kShadow_px);
+  for (int k = view.own_px(kBeside_px); k <= last; ++k) {
     const auto step = static_cast<float>(k);
     const int u = static_cast<int>(std::floor(point.u + step * point.out_u + 0.5F));
     const int v = static_cast<int>(std::floor(point.v + step * point.out_v + 0.5F));
@@ -65,7 +61,7 @@ void GroundSearch::collect(const Surface& model, const Pose& camera_from_model,
                            const EdgeMap& edges) noexcept {
   const Eigen::Matrix3f rotation = camera_from_model.linear().cast<float>();
   const Vec3f shift = camera_from_model.translation().cast<float>();
-  const int reach = in_view(view, kEdgeReach_px);
+  const int reach = view.own_px(kEdgeReach_px);
   size_ = 0;
   for (const ContourPoint& point : render.contour()) {
     if (size_ == places_.size()) return;
@@ -115,7 +111,7 @@ bool GroundSearch::borne_at(const Place& place, const DepthView& view, double le
   if (height_m > level_m + tolerance_m) {
     if (std::fabs(height_m - lowest_m) <= tolerance_m) return true;
     const Vec3f apart = place.beside - place.point;
-    const double reach_m = kFlat * in_view(view, kBeside_px) * footprint_m + tolerance_m;
+    const double reach_m = kFlat * view.own_px(kBeside_px) * footprint_m + tolerance_m;
     return static_cast<double>(place.normal.dot(apart)) > tolerance_m &&
            static_cast<double>(apart.norm()) <= reach_m;
   }
@@ -131,7 +127,7 @@ bool GroundSearch::borne_at(const Place& place, const DepthView& view, double le
   const double du = view.intrinsics.fx * (below.x() / below.z() - x.x() / x.z());
   const double dv = view.intrinsics.fy * (below.y() / below.z() - x.y() / x.z());
   return static_cast<double>(place.out_u) * du + static_cast<double>(place.out_v) * dv >=
-         in_view(view, kUnder_px);
+         view.own_px(kUnder_px);
 }
 
 GroundBeside GroundSearch::look(const Surface& model, const Pose& camera_from_model,

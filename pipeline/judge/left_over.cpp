@@ -20,7 +20,7 @@ LeftOver::LeftOver(const ClosestSurface& model, float gap_m, const Pose& camera_
 }
 
 bool LeftOver::near_picture(int u, int v) const noexcept {
-  const int reach = (kOutlineReach_px + view_.stride - 1) / view_.stride;
+  const int reach = view_.own_px(kOutlineReach_px);
   const PixelBox& marked = render_.marked();
   for (int pv = std::max(marked.v0, v - reach); pv < std::min(marked.v1, v + reach + 1); ++pv) {
     for (int pu = std::max(marked.u0, u - reach); pu < std::min(marked.u1, u + reach + 1); ++pu) {

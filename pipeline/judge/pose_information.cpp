@@ -14,10 +14,6 @@ constexpr int kEdgeReach_px = 3;
 // Every second pixel both ways stands for its neighbours: they share its error anyway.
 constexpr int kStep_px = 2;
 
-int in_view(const DepthView& view, int sensor_px) noexcept {
-  return (sensor_px + view.stride - 1) / view.stride;
-}
-
 /// Sums w J Jᵀ, the upper triangle row by row, and w J times errors.
 class Sums {
  public:
@@ -67,7 +63,7 @@ void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const Mo
       if (!(predicted > 0.0F) || !view.of_object(u, v)) continue;
       const double sigma_m = static_cast<double>(view.noise.sigma_m(predicted));
       const auto limit = static_cast<float>(std::max(kSigmas * sigma_m, spread.floor_m));
-      if (render.at_step(u, v, in_view(view, kRim_px), limit)) continue;
+      if (render.at_step(u, v, view.own_px(kRim_px), limit)) continue;
       const Vec3d ray((u - view.intrinsics.cx) / view.intrinsics.fx,
                       (v - view.intrinsics.cy) / view.intrinsics.fy, 1.0);
       const Vec3d normal =
@@ -90,7 +86,7 @@ void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const Mo
 void add_outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
                  const Surface& model, const Pose& pose, const ReadingSpread& spread,
                  Sums& sums) noexcept {
-  const int reach = in_view(view, kEdgeReach_px);
+  const int reach = view.own_px(kEdgeReach_px);
   // In pixels of the view, which says no better than to one of them where an edge is.
   const double stride_px = view.stride;
   const double variance_px2 =

@@ -20,22 +20,12 @@ constexpr float kSureStep = 1.5F;
 // Beside the outline the object must have ended at this distance.
 constexpr int kBeside_px = 6;
 
-// A piece along an edge is at least this wide: mixed pixels make narrower ones.
-constexpr int kPieceWidth_px = 4;
-// Neighbouring predictions nearer to each other than this many tolerances are one steep surface.
-constexpr float kSteep = 4.0F;
-
 // Pixels of a row that are compared at once.
 constexpr int kStretch_px = 64;
 
 // A model of which less is in sight has not been looked at.
 constexpr std::uint32_t kFewestPixels = 20;
 constexpr double kOutOfSight = -3.0;
-
-/// Sensor pixels in the view's own, rounded up.
-int in_view(const DepthView& view, int sensor_px) noexcept {
-  return (sensor_px + view.stride - 1) / view.stride;
-}
 
 float tolerance_m(const DepthView& view, float z_m, double floor_m) noexcept {
   return std::max(kSigmas * view.noise.sigma_m(z_m), static_cast<float>(floor_m));
@@ -98,78 +88,12 @@ void Verification::reserve(Arena& arena, std::size_t max_pixels, std::size_t max
   confirmed_ = arena.take<std::uint8_t>(max_model_points);
 }
 
-bool Verification::explained_at_rim(const ModelRender& render, const DepthView& view, int u, int v,
-                                    int rim, float limit_m) const noexcept {
-  const float measured = view.z_m(u, v);
-  if (!(measured > 0.0F) || std::fabs(measured - render.z_m(u, v)) <= limit_m) return true;
-  const bool of_object = view.of_object(u, v);
-  // Something else in front.
-  if (!of_object && measured < render.z_m(u, v)) return true;
-  const auto predicted = [&](int pu, int pv) {
-    return view.box.contains(pu, pv) ? render.z_m(pu, pv) : 0.0F;
-  };
-  for (int dv = -rim; dv <= rim; ++dv) {
-    for (int du = -rim; du <= rim; ++du) {
-      const float here = predicted(u + du, v + dv);
-      if (!(here > 0.0F)) {
-        if (!of_object) return true;
-        continue;
-      }
-      if (std::fabs(measured - here) <= limit_m) return true;
-      for (const float next : {predicted(u + du + 1, v + dv), predicted(u + du, v + dv + 1)}) {
-        const bool steep = next > 0.0F && std::fabs(next - here) <= kSteep * limit_m;
-        if (steep && measured > std::min(here, next) && measured < std::max(here, next)) {
-          return true;
-        }
-      }
-    }
-  }
-  return false;
-}
-
-double Verification::broad_piece_m2(Kind of, const PixelBox& box, const ModelRender& render,
-                                    const DepthView& view) noexcept {
-  const int width = std::max(2, in_view(view, kPieceWidth_px));
-  for (int v = box.v0; v + width <= box.v1; ++v) {
-    for (int u = box.u0; u + width <= box.u1; ++u) {
-      bool whole = kind_[render.index(u, v)] == of;
-      for (int dv = 0; whole && dv < width; ++dv) {
-        for (int du = 0; whole && du < width; ++du) {
-          whole = kind_[render.index(u + du, v + dv)] == of;
-        }
-      }
-      if (whole) kind_[render.index(u, v)] = Kind::Piece;
-    }
-  }
-  return largest_piece_m2(Kind::Piece, of, box, render, view);
-}
-
-double Verification::left_over_m2(const LeftOver& left_over, const ModelRender& render,
-                                  const DepthView& view) noexcept {
-  bool any = false;
-  for (int v = view.box.v0; v < view.box.v1; ++v) {
-    Kind* const kinds = &kind_[render.index(view.box.u0, v)];
-    std::fill_n(kinds, view.box.width(), Kind::Outside);
-    for (int u = view.box.u0; u < view.box.u1; ++u) {
-      if (view.eight_background(u, v)) {
-        u += 7;
-        continue;
-      }
-      if (!left_over(u, v)) continue;
-      kinds[u - view.box.u0] = Kind::LeftOver;
-      any = true;
-    }
-  }
-  if (!any) return 0.0;
-  return broad_piece_m2(Kind::LeftOver, view.box, render, view);
-}
-
 int Verification::rim_of(const Surface& model, const ModelRender& render,
                          const DepthView& view) noexcept {
   // At the model's own edges discs stand over.
   const float disc_px = disc_radius_m(model) * static_cast<float>(view.intrinsics.fx) /
                         std::max(render.nearest_m(), 1e-3F);
-  return std::max(in_view(view, kRim_px), static_cast<int>(disc_px) + 1);
+  return std::max(view.own_px(kRim_px), static_cast<int>(disc_px) + 1);
 }
 
 void Verification::working_columns(const DepthView& view, const PixelBox& box) noexcept {
@@ -312,42 +236,10 @@ void Verification::classify(const ModelRender& render, const DepthView& view, in
   for (std::size_t i = 0; i < 6; ++i) sums.normals[i] += static_cast<double>(normals[i]);
 }
 
-double Verification::largest_piece_m2(Kind seed, Kind of, const PixelBox& box,
-                                      const ModelRender& render, const DepthView& view) noexcept {
-  double largest_m2 = 0.0;
-  for (int v = box.v0; v < box.v1; ++v) {
-    for (int u = box.u0; u < box.u1; ++u) {
-      if (kind_[render.index(u, v)] != seed) continue;
-      double area_m2 = 0.0;
-      std::size_t top = 0;
-      stack_[top++] = v * 65536 + u;
-      kind_[render.index(u, v)] = Kind::Outside;
-      while (top > 0) {
-        const std::int32_t pixel = stack_[--top];
-        const int pu = pixel % 65536;
-        const int pv = pixel / 65536;
-        const float predicted = render.z_m(pu, pv);
-        const auto z = static_cast<double>(predicted > 0.0F ? predicted : view.z_m(pu, pv));
-        area_m2 += z * z / (view.intrinsics.fx * view.intrinsics.fy);
-        constexpr std::array<std::array<int, 2>, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-        for (const auto& [du, dv] : kAround) {
-          if (!box.contains(pu + du, pv + dv)) continue;
-          Kind& kind = kind_[render.index(pu + du, pv + dv)];
-          if (kind != seed && kind != of) continue;
-          kind = Kind::Outside;
-          stack_[top++] = (pv + dv) * 65536 + pu + du;
-        }
-      }
-      largest_m2 = std::max(largest_m2, area_m2);
-    }
-  }
-  return largest_m2;
-}
-
 void Verification::outline(const ModelRender& render, const DepthView& view, const EdgeMap& edges,
                            Evidence& evidence) const noexcept {
-  const int reach = in_view(view, kEdgeReach_px);
-  const auto beside = static_cast<float>(in_view(view, kBeside_px));
+  const int reach = view.own_px(kEdgeReach_px);
+  const auto beside = static_cast<float>(view.own_px(kBeside_px));
   std::uint32_t visible = 0;
   std::uint32_t known = 0;
   std::uint32_t met = 0;
