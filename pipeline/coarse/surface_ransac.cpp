@@ -9,6 +9,14 @@
 #include "pipeline/coarse/triples.h"
 
 namespace grapnel {
+namespace {
+
+// Pairs whose points a pose brings within so many spacings meet.
+constexpr double kNear = 2.0;
+// A pose met by fewer pairs than this part of another's is no rival of it.
+constexpr double kRival = 0.5;
+
+}  // namespace
 
 FieldTable surface_ransac_fields() noexcept {
   using P = SurfaceRansacParams;
@@ -22,8 +30,32 @@ FieldTable surface_ransac_fields() noexcept {
                                          "shortest edge of a triple, share of the extent"),
       number_field<&P::max_normal_angle_rad>("max_normal_angle_rad", "rad", 0.05, 3.2,
                                              "partners' normals differ by at most this"),
+      number_field<&P::confidence>("confidence", "", 0.5, 1.0,
+                                   "of a right triple drawn, at which drawing ends; 1 = never"),
   };
   return kFields;
+}
+
+/// Draws after which a triple of a pose that as large a part of the pairs meets as kRival of those
+/// that meet this one has been drawn with the wanted confidence.
+std::size_t SurfaceRansac::draws_for(const PairView& pair, const Correspondences& correspondences,
+                                     const Pose& target_from_source) const noexcept {
+  const Eigen::Matrix3f rotation = target_from_source.linear().cast<float>();
+  const Vec3f shift = target_from_source.translation().cast<float>();
+  const auto near_m = static_cast<float>(kNear * pair.target->spacing_m);
+  std::size_t met = 0;
+  for (const Correspondence& c : correspondences) {
+    const auto source = pair.source_keypoints[static_cast<std::size_t>(c.source)].point;
+    const auto target = pair.target_keypoints[static_cast<std::size_t>(c.target)].point;
+    const Vec3f off = rotation * pair.source->point(static_cast<std::size_t>(source)) + shift -
+                      pair.target->point(static_cast<std::size_t>(target));
+    met += off.squaredNorm() <= near_m * near_m ? 1 : 0;
+  }
+  const double share =
+      kRival * static_cast<double>(met) / static_cast<double>(correspondences.size());
+  const double missed = math::log(1.0 - share * share * share);
+  const double draws = missed < 0.0 ? math::log(1.0 - params_.confidence) / missed : 1e18;
+  return static_cast<std::size_t>(std::min(draws, 1e9)) + 1;
 }
 
 Status SurfaceRansac::generate(const PairView& pair, const Correspondences& correspondences,
@@ -39,7 +71,7 @@ Status SurfaceRansac::generate(const PairView& pair, const Correspondences& corr
   check.cos_normal = math::cos(params_.max_normal_angle_rad);
   // Few pairs have few triples; drawing each more than a few times is of no use.
   const std::size_t pairs = correspondences.size();
-  const std::size_t draws = std::min(params_.draws, pairs * pairs * pairs);
+  std::size_t draws = std::min(params_.draws, pairs * pairs * pairs);
   std::size_t rated = 0;
   for (std::size_t draw = 0; draw < draws && rated < params_.ratings; ++draw) {
     Hypothesis hypothesis;
@@ -52,6 +84,10 @@ Status SurfaceRansac::generate(const PairView& pair, const Correspondences& corr
       continue;
     }
     hypothesis.support = (*pair.score)(hypothesis.target_from_source, SIZE_MAX);
+    const bool best = hypotheses.size() == 0 || hypothesis.support > hypotheses[0].support;
+    if (best && params_.confidence < 1.0) {
+      draws = std::min(draws, draws_for(pair, correspondences, hypothesis.target_from_source));
+    }
     keep_best(hypotheses, hypothesis);
   }
   if (rated == 0) return Error{Code::NoConsensus, Stage::Coarse, 0};

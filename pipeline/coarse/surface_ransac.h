@@ -14,6 +14,7 @@ struct SurfaceRansacParams {
   double min_edge_ratio = 0.9;
   double min_extent_share = 0.1;  ///< shortest edge of a triple, share of the keypoints' extent
   double max_normal_angle_rad = 0.7;
+  double confidence = 1.0;  ///< of a right triple drawn, at which drawing ends; 1 = never
 };
 [[nodiscard]] FieldTable surface_ransac_fields() noexcept;
 
@@ -31,6 +32,9 @@ class SurfaceRansac final : public HypothesisGenerator {
                   Hypotheses& hypotheses) noexcept override;
 
  private:
+  [[nodiscard]] std::size_t draws_for(const PairView& pair, const Correspondences& correspondences,
+                                      const Pose& target_from_source) const noexcept;
+
   SurfaceRansacParams params_;
 };
 

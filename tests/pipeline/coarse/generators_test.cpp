@@ -9,6 +9,7 @@
 #include "base/config.h"
 #include "pipeline/coarse/generator_chain.h"
 #include "pipeline/coarse/pose_score.h"
+#include "pipeline/coarse/surface_ransac.h"
 #include "pipeline/registry.h"
 #include "tests/pipeline/support/surfaces.h"
 #include "tests/support/heap_guard.h"
@@ -101,6 +102,44 @@ TEST_P(EveryGenerator, OrdersBySupport) {
   for (std::size_t i = 1; i < hypotheses_.size(); ++i) {
     EXPECT_GE(hypotheses_[i - 1].support, hypotheses_[i].support);
   }
+}
+
+/// Random numbers that a search for the motion of pairs took, and whether it found it.
+std::size_t numbers_drawn(double confidence, int one_right_of, bool& found) {
+  SurfaceRansacParams params;
+  params.draws = 20000;
+  params.ratings = 1000000;
+  params.confidence = confidence;
+  SurfaceRansac generator(params);
+  std::vector<Hypothesis> storage(8);
+  Hypotheses hypotheses(storage);
+  Pairs pairs(one_right_of);
+  pairs.source->spacing_m = pairs.target->spacing_m = 0.01;
+  Rng rng(36);
+  EXPECT_TRUE(generator.generate(pairs.view(), pairs.correspondences, rng, hypotheses).ok());
+  found = !hypotheses.empty() &&
+          rotation_angle_rad(hypotheses[0].target_from_source, pairs.truth) < 1e-3;
+  const std::uint64_t next = rng.next_u64();
+  Rng again(36);
+  for (std::size_t count = 0; count <= 60000; ++count) {
+    if (again.next_u64() == next) return count;
+  }
+  return 0;
+}
+
+TEST(SurfaceRansac, StopsWhenARivalOfTheBestWouldHaveBeenDrawn) {
+  bool found = false;
+  // With all pairs right a half as large share needs ln 0.001 / ln (1 - 0.5³) = 52 draws.
+  const std::size_t of_all = numbers_drawn(0.999, 1, found);
+  EXPECT_TRUE(found);
+  EXPECT_GT(of_all, 51U);
+  EXPECT_LE(of_all, 3U * 52U);
+  // A sixth needs 1489.
+  const std::size_t of_third = numbers_drawn(0.999, 3, found);
+  EXPECT_TRUE(found);
+  EXPECT_GT(of_third, 1000U);
+  EXPECT_LE(of_third, 3U * 1490U);
+  EXPECT_GE(numbers_drawn(1.0, 3, found), 20000U);
 }
 
 TEST_P(EveryGenerator, SaysThatTwoPairsAreTooFew) {
