@@ -16,6 +16,8 @@ namespace {
 
 // Fine points are this much denser than the described ones.
 constexpr double kFinePerCoarse = 0.4;
+// Windows of the fine points' normals, in their distances.
+constexpr double kWindowPerFine = 4.0;
 // Described points are at least this far apart, in mean distances of the sparser view's points.
 constexpr double kCoarsePerSparse = 1.25;
 // Match tolerance at the least: 4 mm at the scale of parcels, a hundredth of smaller things.
@@ -108,11 +110,18 @@ Status PairJob::thin_to(double leaf_m, Surface& out) noexcept {
 }
 
 Status PairJob::thin(const Surface& raw, double fine_m, ViewIndex& view) noexcept {
+  view.own_normals = any_normal(raw);
   const int stride = stride_for(raw, view.centre, fine_m);
-  if (!(stride > 1 ? copy_blocks(raw, stride, fine_m, p_.work) : copy_points(raw, p_.work))) {
+  view.has_normals = false;
+  const bool attributes = view.own_normals || any_set(raw.intensity, raw.size);
+  // Single readings scatter too much: there thinned points have the better normals.
+  if (stride > 1 && p_.grid.take(raw, stride, fine_m, attributes, p_.work)) {
+    const double window_m = kWindowPerFine * std::max(fine_m, p_.work.spacing_m);
+    const double at_m = (view.centre - raw.viewpoint.cast<double>()).norm();
+    view.has_normals = p_.grid.normals(window_m, at_m, p_.work);
+  } else if (!copy_points(raw, p_.work)) {
     return Error{Code::CapacityExceeded, Stage::Decimate, static_cast<std::int32_t>(raw.size)};
   }
-  view.own_normals = any_normal(raw);
   return thin_to(fine_m, view.fine);
 }
 
@@ -122,10 +131,12 @@ Status PairJob::prepare(double spacing_m, ViewIndex& view) noexcept {
   if (const Status status = thin_to(spacing_m, view.coarse); !status.ok()) return status;
   view.coarse.spacing_m = spacing_m;
   if (const Status status = watch_.enter(Stage::Normals); !status.ok()) return status;
-  for (Surface* surface : {&view.fine, &view.coarse}) {
-    if (const Status status = s_.renew_normals(*surface, view.own_normals); !status.ok()) {
-      return status;
-    }
+  if (!view.has_normals) {
+    const Status status = s_.renew_normals(view.fine, view.own_normals);
+    if (!status.ok()) return status;
+  }
+  if (const Status status = s_.renew_normals(view.coarse, view.own_normals); !status.ok()) {
+    return status;
   }
   view.table.build_within(view.fine, 6.0 * spacing_m);
   return {};

@@ -10,6 +10,7 @@
 #include "pipeline/preprocess/voxel.h"
 #include "pipeline/refine/closest_point_table.h"
 #include "pipeline/surface.h"
+#include "pipeline/view_grid.h"
 
 namespace grapnel {
 
@@ -21,6 +22,7 @@ struct ViewIndex {
   SampleSet samples;
   KeypointSet keypoints;
   FeatureMatrix features;
+  bool has_normals = false;  ///< the fine points have theirs, from the camera's grid
   bool own_normals = false;  ///< the view came with normals, which say the side
   double size_m = 0.0;       ///< three times the root mean square distance from the middle
   Vec3d centre = Vec3d::Zero();
@@ -40,7 +42,8 @@ struct PairCandidate {
 /// What a registrar of pairs owns beside its stages.
 struct PairState {
   VoxelGrid voxel{VoxelParams{}};
-  Surface work;  ///< a view as read, thinned in place
+  ViewGrid grid;  ///< of the view that is thinned
+  Surface work;   ///< a view as read, thinned in place
   ViewIndex source;
   ViewIndex target;
   Hypotheses proposed;

@@ -1,7 +1,7 @@
 #include "pipeline/pair_views.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -15,68 +15,7 @@ namespace {
 // A view's middle and size are measured by at most twice as many of its points.
 constexpr std::size_t kMeasured = 20000;
 // Blocks of pixels, of which so many lie across a fine cell, stand for their readings.
-constexpr double kAcross = 3.0;
-constexpr std::size_t kMostStride = 4;
-
-/// In blocks without a way out, which the compiler makes vectors of.
-bool any(const std::span<float>& plane, std::size_t size) noexcept {
-  constexpr std::size_t kAtOnce = 1024;
-  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
-    int set = 0;
-    for (const float value : plane.subspan(begin, std::min(kAtOnce, size - begin))) {
-      set |= value != 0.0F ? 1 : 0;
-    }
-    if (set != 0) return true;
-  }
-  return false;
-}
-
-/// Readings that become points.
-struct Block {
-  std::array<std::size_t, kMostStride * kMostStride> reading;
-  std::size_t size = 0;
-};
-
-/// The mean of those readings that are as far away as the first one, and the others as they are:
-/// of the coordinates, and of what else the surface has.
-void append_block(const Surface& from, float same_m, bool attributes, Block& block,
-                  Surface& to) noexcept {
-  Block others;
-  const float first_m = from.z[block.reading[0]];
-  std::size_t alike = 0;
-  Vec3f sum = Vec3f::Zero();
-  for (std::size_t k = 0; k < block.size; ++k) {
-    const std::size_t i = block.reading[k];
-    if (std::fabs(from.z[i] - first_m) > same_m) {
-      others.reading[others.size++] = i;
-      continue;
-    }
-    sum += from.point(i);
-    block.reading[alike++] = i;
-  }
-  const float per_reading = 1.0F / static_cast<float>(alike);
-  to.x[to.size] = sum.x() * per_reading;
-  to.y[to.size] = sum.y() * per_reading;
-  to.z[to.size] = sum.z() * per_reading;
-  for (std::size_t k = 0; k < others.size; ++k) {
-    to.x[to.size + 1 + k] = from.x[others.reading[k]];
-    to.y[to.size + 1 + k] = from.y[others.reading[k]];
-    to.z[to.size + 1 + k] = from.z[others.reading[k]];
-  }
-  const auto append = [&](const std::span<float>& plane, const std::span<float>& out) {
-    float total = 0.0F;
-    for (std::size_t k = 0; k < alike; ++k) total += plane[block.reading[k]];
-    out[to.size] = total * per_reading;
-    for (std::size_t k = 0; k < others.size; ++k) out[to.size + 1 + k] = plane[others.reading[k]];
-  };
-  if (attributes) {
-    append(from.nx, to.nx);
-    append(from.ny, to.ny);
-    append(from.nz, to.nz);
-    append(from.intensity, to.intensity);
-  }
-  to.size += 1 + others.size;
-}
+constexpr double kAcross = 2.0;
 
 }  // namespace
 
@@ -136,41 +75,7 @@ int stride_for(const Surface& raw, const Vec3d& centre, double leaf_m) noexcept 
   if (!raw.organised() || !camera.valid() || !raw.has_viewpoint) return 1;
   const double pitch_m = (centre - raw.viewpoint.cast<double>()).norm() / camera.fx;
   return static_cast<int>(
-      std::clamp(leaf_m / (kAcross * pitch_m), 1.0, static_cast<double>(kMostStride)));
-}
-
-bool copy_blocks(const Surface& from, int stride, double leaf_m, Surface& to) noexcept {
-  to.clear();
-  const auto step = static_cast<std::size_t>(stride);
-  const auto width = static_cast<std::size_t>(from.grid.width);
-  const auto height = static_cast<std::size_t>(from.grid.height);
-  const auto same_m = static_cast<float>(leaf_m);
-  const bool attributes = any_normal(from) || any(from.intensity, from.size);
-  Block block;
-  for (std::size_t v = 0; v < height; v += step) {
-    for (std::size_t u = 0; u < width; u += step) {
-      block.size = 0;
-      const std::size_t end = std::min(u + step, width);
-      for (std::size_t row = v; row < std::min(v + step, height); ++row) {
-        for (std::size_t pixel = row * width + u; pixel < row * width + end; ++pixel) {
-          const std::int32_t point = from.grid.point_of[pixel];
-          if (point >= 0) block.reading[block.size++] = static_cast<std::size_t>(point);
-        }
-      }
-      if (block.size == 0) continue;
-      if (to.size + block.size > to.capacity()) return false;
-      append_block(from, same_m, attributes, block, to);
-    }
-  }
-  if (!attributes) {
-    for (const std::span<float>& plane : {to.nx, to.ny, to.nz, to.intensity}) {
-      std::fill_n(plane.begin(), to.size, 0.0F);
-    }
-  }
-  to.viewpoint = from.viewpoint;
-  to.has_viewpoint = from.has_viewpoint;
-  to.spacing_m = stride * from.spacing_m;
-  return true;
+      std::clamp(leaf_m / (kAcross * pitch_m), 1.0, static_cast<double>(ViewGrid::kMaxStride)));
 }
 
 Surface every_nth(const Surface& surface, std::size_t n, std::size_t begin,
@@ -193,9 +98,23 @@ Surface every_nth(const Surface& surface, std::size_t n, std::size_t begin,
   return part;
 }
 
+/// In blocks without a way out, which the compiler makes vectors of.
+bool any_set(const std::span<float>& plane, std::size_t size) noexcept {
+  constexpr std::size_t kAtOnce = 1024;
+  constexpr std::uint32_t kButSign = 0x7fffffffU;
+  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
+    std::uint32_t bits = 0;
+    for (const float value : plane.subspan(begin, std::min(kAtOnce, size - begin))) {
+      bits |= std::bit_cast<std::uint32_t>(value);
+    }
+    if ((bits & kButSign) != 0) return true;
+  }
+  return false;
+}
+
 bool any_normal(const Surface& surface) noexcept {
-  return any(surface.nx, surface.size) || any(surface.ny, surface.size) ||
-         any(surface.nz, surface.size);
+  return any_set(surface.nx, surface.size) || any_set(surface.ny, surface.size) ||
+         any_set(surface.nz, surface.size);
 }
 
 }  // namespace grapnel

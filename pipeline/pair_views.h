@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "pipeline/pair_state.h"
 #include "pipeline/surface.h"
@@ -13,12 +15,8 @@ namespace grapnel {
 /// Points and attributes without the grid. False when they do not fit.
 bool copy_points(const Surface& from, Surface& to) noexcept;
 
-/// The same of an organised surface, whose blocks of `stride` by `stride` pixels become one point,
-/// where they show one surface: soon to be averaged in cells of `leaf_m` anyway.
-bool copy_blocks(const Surface& from, int stride, double leaf_m, Surface& to) noexcept;
-
-/// The most pixels both ways of a block that is clearly smaller than a cell of `leaf_m`, at the
-/// distance of `centre` from the camera; 1 for a cloud.
+/// The most pixels both ways of a block, as ViewGrid has them, that is clearly smaller than a cell
+/// of `leaf_m` at the distance of `centre` from the camera; 1 for a cloud.
 [[nodiscard]] int stride_for(const Surface& raw, const Vec3d& centre, double leaf_m) noexcept;
 
 /// Fills the view's centre and size from some thousands of the points, at least one. O(1).
@@ -28,6 +26,9 @@ void measure(const Surface& raw, ViewIndex& view) noexcept;
 /// `begin`-th point on, where there must be room.
 [[nodiscard]] Surface every_nth(const Surface& surface, std::size_t n, std::size_t begin,
                                 const Surface& memory) noexcept;
+
+/// Whether one of the first `size` elements is not 0. O(n).
+[[nodiscard]] bool any_set(const std::span<float>& plane, std::size_t size) noexcept;
 
 /// Whether a point has a normal. O(n).
 [[nodiscard]] bool any_normal(const Surface& surface) noexcept;

@@ -121,6 +121,7 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   for (std::span<float>* plane : {&own_nx, &own_ny, &own_nz}) *plane = arena.take<float>(scratch);
   if (models.empty()) {
     pair.voxel.reserve(arena, limits);
+    pair.grid.reserve(arena, limits);
     pair.work.reserve(arena, limits.max_input_points, 0);
     for (ViewIndex* view : {&pair.source, &pair.target}) {
       view->reserve(arena, limits, dimension, stages.params.model.surface_points,
