@@ -222,6 +222,8 @@ FieldTable overlap_fields() noexcept {
                                    "distance to the second-best distinct pose"),
       number_field<&P::max_sigma_ratio>("max_sigma_ratio", "sizes", 0.0, 1.0,
                                         "predicted deviation, weakest direction"),
+      number_field<&P::max_sigma_m>("max_sigma_m", "m", 0.0, 1.0,
+                                    "the same whatever the size; 0 = off"),
       number_field<&P::max_sigma_rad>("max_sigma_rad", "rad", 0.0, 1.0,
                                       "predicted deviation, weakest axis"),
   };
@@ -255,7 +257,9 @@ void pass_overlap_verdict(const OverlapFindings& findings, const OverlapParams& 
   checks.at_most(Check::SeenThrough, report.free_space_violation, params.max_seen_through);
   checks.at_most(Check::Deviation, report.rmse_m, params.max_rmse_ratio * findings.tolerance_m);
   checks.at_least(Check::Margin, findings.margin, params.min_margin, 1.0);
-  checks.at_most(Check::Shift, findings.sigma_m, params.max_sigma_ratio * size_m);
+  const double most_m = params.max_sigma_ratio * size_m;
+  checks.at_most(Check::Shift, findings.sigma_m,
+                 params.max_sigma_m > 0.0 ? std::min(most_m, params.max_sigma_m) : most_m);
   checks.at_most(Check::Turn, findings.sigma_rad, params.max_sigma_rad);
   checks.conclude();
 }

@@ -61,6 +61,7 @@ struct OverlapParams {
   double max_rmse_ratio = 0.75;
   double min_margin = 0.50;
   double max_sigma_ratio = 0.02;
+  double max_sigma_m = 0.0022;  ///< whatever the size; 0 = off
   double max_sigma_rad = 0.02;
 };
 [[nodiscard]] FieldTable overlap_fields() noexcept;

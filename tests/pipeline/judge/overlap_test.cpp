@@ -153,6 +153,24 @@ TEST(OverlapVerdict, RejectsWhereLittleConfirmsSomeMotion) {
   EXPECT_EQ(report.reasons[0].check, Check::LeastShare);
 }
 
+// A view of floor alone slides over it: what matches holds the pose only loosely.
+TEST(OverlapVerdict, RejectsAPoseThatItsReadingsHoldLoosely) {
+  OverlapFindings findings = good();
+  findings.size_m = 3.0;  // a fiftieth of it is 60 mm
+  findings.spacing_m = 0.04;
+  findings.sigma_m = 0.005;
+  RegistrationReport report;
+  pass_overlap_verdict(findings, {}, report);
+  EXPECT_FALSE(report.accepted);
+  ASSERT_EQ(report.reasons.size(), 1U);
+  EXPECT_EQ(report.reasons[0].check, Check::Shift);
+  OverlapParams by_size;
+  by_size.max_sigma_m = 0.0;
+  RegistrationReport other;
+  pass_overlap_verdict(findings, by_size, other);
+  EXPECT_TRUE(other.accepted);
+}
+
 TEST(OverlapVerdict, NamesEveryFailingCheck) {
   RegistrationReport report;
   pass_overlap_verdict({}, {}, report);
