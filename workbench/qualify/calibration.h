@@ -16,7 +16,7 @@ struct LimitedCheck {
   std::string_view key;    ///< of the preset's table [accept]
   bool at_least = true;
 };
-inline constexpr std::array<LimitedCheck, 13> kLimitedChecks = {{
+inline constexpr std::array<LimitedCheck, 14> kLimitedChecks = {{
     {"matched_share", "min_fitness", true},
     {"seen_through", "max_seen_through", false},
     {"unknown", "max_unknown", false},
@@ -27,6 +27,7 @@ inline constexpr std::array<LimitedCheck, 13> kLimitedChecks = {{
     {"outline", "min_edge", true},
     {"flat_proof", "min_flat_proof", true},
     {"margin", "min_margin", true},
+    {"mirror_margin", "min_mirror_margin", true},
     {"sigma_m", "max_sigma_m", false},
     {"sigma_rad", "max_sigma_rad", false},
     {"belt_distance_m", "max_belt_distance_m", false},
