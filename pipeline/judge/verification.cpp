@@ -72,7 +72,7 @@ struct Verification::Stretch {
   alignas(64) std::array<float, kSize> own_x, own_y, own_z;  // normals, the model's frame
   alignas(64) std::array<float, kSize> nx, ny, nz;           // the same, the camera's
   alignas(64) std::array<float, kSize> measured_m, off_m, footprint;
-  alignas(64) std::array<kernels::Met, kSize> met;
+  alignas(64) std::array<std::int32_t, kSize> met;  // kernels::Met
 };
 
 double worth(const Evidence& evidence) noexcept {
@@ -140,8 +140,9 @@ void Verification::cut_off(const ModelRender& render, int u, int v, int count,
   const int end = row_whole ? std::clamp(box.u1 - rim - u, begin, count) : count;
   const auto mark = [&](int first, int last) {
     for (int c = first; c < last; ++c) {
+      const bool there = render.z_m(u + c, v) > 0.0F;
       stretch.met[static_cast<std::size_t>(c)] =
-          render.z_m(u + c, v) > 0.0F ? kernels::Met::AtStep : kernels::Met::Nothing;
+          static_cast<std::int32_t>(there ? kernels::Met::AtStep : kernels::Met::Nothing);
     }
   };
   mark(0, begin);
@@ -177,7 +178,7 @@ void Verification::classify(const ModelRender& render, const DepthView& view, in
   for (int c = 0; c < count; ++c) {
     const auto k = static_cast<std::size_t>(c);
     Kind kind = Kind::Outside;
-    switch (stretch.met[k]) {
+    switch (static_cast<Met>(stretch.met[k])) {
       case Met::Nothing:
         break;
       case Met::AtStep: {

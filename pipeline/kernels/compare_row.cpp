@@ -61,7 +61,7 @@ void CompareRow(const PredictedRow& predicted, const float* measured, std::size_
     met = hn::IfThenElse(hn::RebindMask(di, hn::Eq(signed_z, zero)), Code(Met::NoReading), met);
     met = hn::IfThenElse(hn::RebindMask(di, step), Code(Met::AtStep), met);
     met = hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(z, zero)), met);
-    hn::StoreU(met, di, reinterpret_cast<std::int32_t*>(out.met) + k);
+    hn::StoreU(met, di, out.met + k);
     hn::StoreU(off, d, out.off_m + k);
     hn::StoreU(hn::Div(hn::Mul(z, z), along), d, out.footprint_m2 + k);
     hn::StoreU(n.x, d, out.nx + k);
@@ -128,9 +128,10 @@ void compare_row(const PredictedRow& predicted, const float* measured, std::size
     out.nz[k] = turned[2];
     const bool step = z > 0.0F && (at_step(at, law.rim_px, limit) ||
                                    at_step(at, law.rim_px * predicted.width, limit));
-    out.met[k] = !(z > 0.0F) ? Met::Nothing
-                 : step      ? Met::AtStep
-                             : met_by(out.off_m[k], limit, measured[k]);
+    const Met met = !(z > 0.0F) ? Met::Nothing
+                    : step      ? Met::AtStep
+                                : met_by(out.off_m[k], limit, measured[k]);
+    out.met[k] = static_cast<std::int32_t>(met);
   }
 }
 

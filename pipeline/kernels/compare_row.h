@@ -41,7 +41,7 @@ struct PredictedRow {
   const float* nz = nullptr;
 };
 struct ComparedRow {
-  Met* met = nullptr;
+  std::int32_t* met = nullptr;    ///< Met
   float* off_m = nullptr;         ///< from the tangent plane, positive behind
   float* footprint_m2 = nullptr;  ///< of a pixel on the surface, times fx · fy
   float* nx = nullptr;            ///< normals in the camera's frame

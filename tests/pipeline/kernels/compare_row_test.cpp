@@ -52,7 +52,7 @@ struct Rows {
 };
 
 struct Result {
-  std::vector<Met> met = std::vector<Met>(Rows::kCount + kernels::kComparePad);
+  std::vector<std::int32_t> met = std::vector<std::int32_t>(Rows::kCount + kernels::kComparePad);
   std::vector<float> off, footprint, nx, ny, nz;
   Result() {
     for (std::vector<float>* plane : {&off, &footprint, &nx, &ny, &nz}) plane->resize(met.size());
@@ -105,7 +105,8 @@ TEST_P(CompareRow, GivesTheBitsOfThePlainLoop) {
   EXPECT_TRUE(same(fast.nx, plain.nx) && same(fast.ny, plain.ny) && same(fast.nz, plain.nz));
   for (const Met met : {Met::Nothing, Met::AtStep, Met::NoReading, Met::Behind, Met::Before,
                         Met::Ground, Met::Within}) {
-    EXPECT_NE(std::count(plain.met.begin(), plain.met.end(), met), 0) << static_cast<int>(met);
+    EXPECT_NE(std::count(plain.met.begin(), plain.met.end(), static_cast<int>(met)), 0)
+        << static_cast<int>(met);
   }
 }
 
@@ -129,7 +130,7 @@ TEST_P(CompareRow, NamesWhatAPlateMeets) {
     if (k == 6) expected = Met::Ground;
     if (k == 30) expected = Met::Nothing;
     if (k == 28 || k == 32 || k == 45) expected = Met::AtStep;
-    EXPECT_EQ(result.met[k], expected) << k;
+    EXPECT_EQ(static_cast<Met>(result.met[k]), expected) << k;
   }
   // Across the view the way along the normal is the difference in depth.
   EXPECT_NEAR(result.off[4], 0.005, 1e-6);
