@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace grapnel {
 namespace {
@@ -16,12 +15,6 @@ constexpr double kReach = 0.65;
 constexpr int kStep_px = 3;
 
 bool is_component(std::uint8_t label) noexcept { return label != 0 && label <= kMaxComponents; }
-
-std::uint64_t eight_labels(const std::uint8_t* labels) noexcept {
-  std::uint64_t eight = 0;
-  std::memcpy(&eight, labels, sizeof eight);
-  return eight;
-}
 
 }  // namespace
 

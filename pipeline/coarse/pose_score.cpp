@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/kernels/pose_rating.h"
-#include "pipeline/kernels/surface_pairs.h"
+#include "pipeline/refine/point_blocks.h"
 
 namespace grapnel {
 namespace {
@@ -85,16 +85,8 @@ Pose PoseScore::slid(const Pose& target_from_source, std::size_t max_samples) co
   kernels::PointBlock block;
   Vec3f way = Vec3f::Zero();
   float found = 0.0F;
-  for (std::size_t first = 0; first < count; first += kernels::kBlockPoints) {
-    block.size = std::min(kernels::kBlockPoints, count - first);
-    // Whole lanes: the planes of samples are longer by what kernels may read.
-    const std::size_t lanes = kernels::in_lanes(block.size);
-    std::copy_n(samples.x.data() + first, lanes, block.x);
-    std::copy_n(samples.y.data() + first, lanes, block.y);
-    std::copy_n(samples.z.data() + first, lanes, block.z);
-    std::copy_n(samples.nx.data() + first, lanes, block.nx);
-    std::copy_n(samples.ny.data() + first, lanes, block.ny);
-    std::copy_n(samples.nz.data() + first, lanes, block.nz);
+  for (std::size_t first = 0; first < count;) {
+    first = take_block(planes_of(samples), count, first, 1, block);
     kernels::move_block(inward, block);
     model_.table->nearby_of_each(block.x, block.y, block.z, block.size, 0.0F, block.partner);
     for (std::size_t k = 0; k < block.size; ++k) {

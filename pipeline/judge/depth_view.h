@@ -2,13 +2,13 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <span>
 
 #include "base/arena.h"
 #include "base/geometry.h"
 #include "base/image.h"
 #include "pipeline/preprocess/plane_search.h"
+#include "pipeline/preprocess/working_depth.h"
 #include "pipeline/surface.h"
 
 namespace grapnel {
@@ -67,10 +67,7 @@ struct DepthView {
   }
   /// It and the next seven of its row are; false where the row has no eight more.
   [[nodiscard]] bool eight_background(int u, int v) const noexcept {
-    if (label.empty() || u + 8 > label.width) return false;
-    std::uint64_t eight = 0;
-    std::memcpy(&eight, label.row(v) + u, sizeof eight);
-    return eight == 0;
+    return !label.empty() && u + 8 <= label.width && eight_labels(label.row(v) + u) == 0;
   }
   /// The pixel is of the object under test.
   [[nodiscard]] bool of_object(int u, int v) const noexcept {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 #include "pipeline/kernels/label_rows.h"
@@ -43,9 +42,7 @@ std::size_t labelled_of_row(const std::uint8_t* row, std::size_t width) noexcept
   while (u + 8 <= width) {
     std::uint64_t sums = 0;
     for (std::size_t k = 0; k < kMost && u + 8 <= width; ++k, u += 8) {
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, row + u, sizeof eight);
-      sums += eight & kOnes;
+      sums += eight_labels(row + u) & kOnes;
     }
     for (; sums != 0; sums >>= 8) count += sums & 0xff;
   }

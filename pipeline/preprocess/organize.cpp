@@ -66,7 +66,8 @@ Result<std::size_t> organize(const DepthFrame& frame, const OrganizeParams& para
   const int height = bottom - top;
   if (width <= 0 || height <= 0) return Error{Code::RoiEmpty, kStage, 0};
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (pixels > out.depth_memory.size() || height > kMostRows) {
+  if (height > kMostRows) return Error{Code::CapacityExceeded, kStage, height};
+  if (pixels > out.depth_memory.size()) {
     return Error{Code::CapacityExceeded, kStage, static_cast<std::int32_t>(pixels)};
   }
 

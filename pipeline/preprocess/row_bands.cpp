@@ -2,32 +2,24 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
 namespace grapnel {
 namespace {
 
 constexpr int kEight = 8;
 
-bool eight_empty(const std::uint8_t* labels) noexcept {
-  std::uint64_t eight = 0;
-  std::memcpy(&eight, labels, sizeof eight);
-  static_assert(kNoLabel == 0);
-  return eight == 0;
-}
-
-/// First labelled column of a row, to within the seven before it; the width where there is none.
+/// First labelled column of a row, the width where there is none.
 int first_labelled(const std::uint8_t* row, int width) noexcept {
   int u = 0;
-  while (u + kEight <= width && eight_empty(row + u)) u += kEight;
+  while (u + kEight <= width && eight_labels(row + u) == 0) u += kEight;
   while (u < width && row[u] == kNoLabel) ++u;
   return u;
 }
 
-/// Behind the last labelled column of a row, 0 where there is none.
+/// Behind the last labelled column of a row; 0 where there is none.
 int last_labelled(const std::uint8_t* row, int width) noexcept {
   int u = width;
-  while (u >= kEight && eight_empty(row + u - kEight)) u -= kEight;
+  while (u >= kEight && eight_labels(row + u - kEight) == 0) u -= kEight;
   while (u > 0 && row[u - 1] == kNoLabel) --u;
   return u;
 }

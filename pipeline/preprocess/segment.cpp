@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <numeric>
 
 namespace grapnel {
@@ -23,13 +22,6 @@ namespace {
 
 /// Eight pixels a run on average: what is more broken up is noise.
 constexpr std::size_t kPixelsPerRun = 8;
-
-bool none_of_eight(const std::uint8_t* labels) noexcept {
-  std::uint64_t eight = 0;
-  std::memcpy(&eight, labels, sizeof eight);
-  static_assert(kNoLabel == 0);
-  return eight == 0;
-}
 
 }  // namespace
 
@@ -53,7 +45,7 @@ bool Segmenter::find_runs(const WorkingDepth& work, const DepthGap& gap) noexcep
     const std::uint16_t* depth = work.depth.row(v);
     int u = 0;
     while (u < work.label.width) {
-      if (u + 8 <= work.label.width && none_of_eight(label + u)) {
+      if (u + 8 <= work.label.width && eight_labels(label + u) == 0) {
         u += 8;
         continue;
       }

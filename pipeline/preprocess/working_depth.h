@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "base/arena.h"
@@ -17,6 +18,14 @@ inline constexpr int kMostRows = 4096;
 /// Labels of WorkingDepth::label: components count from 1.
 inline constexpr std::uint8_t kNoLabel = 0;
 inline constexpr std::uint8_t kForeground = 255;
+
+/// Eight labels at once, the first in the lowest byte of a little-endian machine; 0 = none is set.
+[[nodiscard]] inline std::uint64_t eight_labels(const std::uint8_t* labels) noexcept {
+  static_assert(kNoLabel == 0);
+  std::uint64_t eight = 0;
+  std::memcpy(&eight, labels, sizeof eight);
+  return eight;
+}
 
 /// The region of interest of one frame, copied: what the preprocessing steps change. The frame
 /// itself stays as it came, for the judge.

@@ -35,12 +35,12 @@ double redescend(double residual, double scale) noexcept {
 void add_surface(const Surface& object, const Surface& model, const ClosestPointTable& table,
                  const Pose& pose, std::size_t step, kernels::PairGate gate, Sums& sums) noexcept {
   const kernels::Motion inward = kernels::motion_of(pose.inverse());
-  const kernels::OrientedPlanes surface{model.x.data(),  model.y.data(),  model.z.data(),
-                                        model.nx.data(), model.ny.data(), model.nz.data()};
+  const kernels::OrientedPlanes surface = planes_of(model);
+  const kernels::OrientedPlanes points = planes_of(object);
   NormalEquations of_points(sums.centre);
   kernels::PointBlock block;
   for (std::size_t first = 0; first < object.size;) {
-    first = take_block(object, first, step, block);
+    first = take_block(points, object.size, first, step, block);
     kernels::move_block(inward, block);
     table.closest_of_each(block.x, block.y, block.z, block.size, std::sqrt(gate.max_square_m2),
                           block.partner);

@@ -50,12 +50,12 @@ void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& 
              const Pose& pose, std::size_t step, const kernels::PairGate& gate, const Look& look,
              Partners& partners) noexcept {
   const kernels::Motion motion = kernels::motion_of(pose);
-  const kernels::OrientedPlanes surface{fixed.x.data(),  fixed.y.data(),  fixed.z.data(),
-                                        fixed.nx.data(), fixed.ny.data(), fixed.nz.data()};
+  const kernels::OrientedPlanes surface = planes_of(fixed);
+  const kernels::OrientedPlanes points = planes_of(moving);
   const float max_distance_m = std::sqrt(gate.max_square_m2);
   kernels::PointBlock block;
   for (std::size_t first = 0; first < moving.size;) {
-    first = take_block(moving, first, step, block);
+    first = take_block(points, moving.size, first, step, block);
     kernels::move_block(motion, block);
     if (look.nearest) {
       closest.closest_of_each(block.x, block.y, block.z, block.size, max_distance_m, block.partner);

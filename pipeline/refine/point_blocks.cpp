@@ -1,38 +1,27 @@
 #include "pipeline/refine/point_blocks.h"
 
 #include <algorithm>
+#include <array>
 
 namespace grapnel {
 
-std::size_t take_block(const Surface& surface, std::size_t first, std::size_t step,
-                       kernels::PointBlock& block) noexcept {
-  std::size_t k = 0;
-  std::size_t i = first;
-  if (step == 1) {
-    k = std::min(surface.size - first, kernels::kBlockPoints);
-    i += k;
-    std::copy_n(surface.x.data() + first, k, block.x);
-    std::copy_n(surface.y.data() + first, k, block.y);
-    std::copy_n(surface.z.data() + first, k, block.z);
-    std::copy_n(surface.nx.data() + first, k, block.nx);
-    std::copy_n(surface.ny.data() + first, k, block.ny);
-    std::copy_n(surface.nz.data() + first, k, block.nz);
-  }
-  for (; i < surface.size && k < kernels::kBlockPoints; i += step, ++k) {
-    block.x[k] = surface.x[i];
-    block.y[k] = surface.y[i];
-    block.z[k] = surface.z[i];
-    block.nx[k] = surface.nx[i];
-    block.ny[k] = surface.ny[i];
-    block.nz[k] = surface.nz[i];
-  }
-  block.size = k;
-  for (; k < kernels::in_lanes(block.size); ++k) {
-    for (float* plane : {block.x, block.y, block.z, block.nx, block.ny, block.nz}) {
-      plane[k] = plane[block.size - 1];
+std::size_t take_block(const kernels::OrientedPlanes& points, std::size_t size, std::size_t first,
+                       std::size_t step, kernels::PointBlock& block) noexcept {
+  block.size = std::min((size - first + step - 1) / step, kernels::kBlockPoints);
+  const std::array<const float*, 6> from = {points.x,  points.y,  points.z,
+                                            points.nx, points.ny, points.nz};
+  const std::array<float*, 6> to = {block.x, block.y, block.z, block.nx, block.ny, block.nz};
+  for (std::size_t plane = 0; plane < from.size(); ++plane) {
+    const float* const source = from[plane] + first;
+    float* const out = to[plane];
+    if (step == 1) {
+      std::copy_n(source, block.size, out);
+    } else {
+      for (std::size_t k = 0; k < block.size; ++k) out[k] = source[k * step];
     }
+    std::fill(out + block.size, out + kernels::in_lanes(block.size), out[block.size - 1]);
   }
-  return i;
+  return first + block.size * step;
 }
 
 PlanePairs add_plane_pairs(const kernels::PointBlock& block, const kernels::OrientedPlanes& fixed,

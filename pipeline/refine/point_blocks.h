@@ -14,10 +14,15 @@ namespace grapnel {
   return static_cast<double>(kernels::fold_lanes(parts));
 }
 
-/// The next points of a surface, every `step`-th from `first`, filled up to whole lanes; returns
-/// where to go on.
-std::size_t take_block(const Surface& surface, std::size_t first, std::size_t step,
-                       kernels::PointBlock& block) noexcept;
+[[nodiscard]] inline kernels::OrientedPlanes planes_of(const Surface& surface) noexcept {
+  return {surface.x.data(),  surface.y.data(),  surface.z.data(),
+          surface.nx.data(), surface.ny.data(), surface.nz.data()};
+}
+
+/// The next of `size` points, every `step`-th from `first`, filled up to whole lanes; returns where
+/// to go on.
+std::size_t take_block(const kernels::OrientedPlanes& points, std::size_t size, std::size_t first,
+                       std::size_t step, kernels::PointBlock& block) noexcept;
 
 struct PlanePairs {
   double square_m2 = 0.0;  ///< sum of the squared residuals

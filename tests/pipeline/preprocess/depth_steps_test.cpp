@@ -83,6 +83,11 @@ TEST(Organize, RefusesARegionOutsideAndAFrameTooLarge) {
   EXPECT_EQ(organize(frame.frame, outside, steps.work).error().code, Code::RoiEmpty);
   test::TestFrame large(300, 200, kFocal_px);
   EXPECT_EQ(organize(large.frame, {}, steps.work).error().code, Code::CapacityExceeded);
+  test::TestFrame tall(1, kMostRows + 1, kFocal_px);
+  const Result<std::size_t> refused = organize(tall.frame, {}, steps.work);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, Code::CapacityExceeded);
+  EXPECT_EQ(refused.error().detail, kMostRows + 1) << "its pixels alone would fit";
   EXPECT_EQ(organize(DepthFrame{}, {}, steps.work).error().code, Code::RoiEmpty);
 }
 
