@@ -123,10 +123,11 @@ void LiveCamera::take_gravity(const DeviceSession& session) noexcept {
 }
 
 void LiveCamera::lose(std::uint64_t generation, Code code, const std::string& problem) {
+  // Whoever reads the state Lost finds its reason: the generation, which says it, comes last.
+  if (!problem.empty()) set_problem(problem);
   lost_code_.store(code);
   lost_generation_.store(generation);
   last_frame_us_.store(0);
-  if (!problem.empty()) set_problem(problem);
   announce(code);
 }
 
