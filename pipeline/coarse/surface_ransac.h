@@ -28,6 +28,8 @@ class SurfaceRansac final : public HypothesisGenerator {
 
   void reserve(Arena&, const Limits&) override {}
   [[nodiscard]] bool supports_by_score() const noexcept override { return true; }
+  /// Without draws no features are asked for, and none are computed.
+  [[nodiscard]] bool needs_correspondences() const noexcept override { return params_.draws > 0; }
   Status generate(const PairView& pair, const Correspondences& correspondences, Rng& rng,
                   Hypotheses& hypotheses) noexcept override;
 

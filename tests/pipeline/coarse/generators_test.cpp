@@ -142,6 +142,13 @@ TEST(SurfaceRansac, StopsWhenARivalOfTheBestWouldHaveBeenDrawn) {
   EXPECT_GE(numbers_drawn(1.0, 3, found), 20000U);
 }
 
+TEST(SurfaceRansac, AsksForNoPairsWhereNoneAreDrawn) {
+  SurfaceRansacParams params;
+  EXPECT_TRUE(SurfaceRansac(params).needs_correspondences());
+  params.draws = 0;
+  EXPECT_FALSE(SurfaceRansac(params).needs_correspondences());
+}
+
 TEST_P(EveryGenerator, SaysThatTwoPairsAreTooFew) {
   if (!generator_->needs_correspondences()) GTEST_SKIP() << kShapesAlone;
   Pairs pairs(1);
