@@ -84,7 +84,7 @@ void ObjectSearch::reserve(Arena& arena, const Limits& limits, std::size_t max_m
   verification_.reserve(arena, pixels, max_model_points);
   render_.reserve(arena, pixels, kMaxContour);
   ground_.reserve(arena, kMaxContour);
-  rivals_.reserve(arena, pixels);
+  rivals_.reserve(arena, pixels, static_cast<std::size_t>(limits.max_width));
   sight_.reserve(arena, pixels);
   const std::size_t glanced = pixels / (kGlanceStride * kGlanceStride);
   glance_depth_.reserve(arena, glanced);

@@ -1,19 +1,18 @@
 #include "pipeline/judge/depth_view.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
 #include "base/assert.h"
+#include "pipeline/kernels/edge_candidates.h"
 
 namespace grapnel {
 namespace {
 
-// A step that neither eight sigma nor a surface tilted by 80 degrees over one pixel explains.
-constexpr float kStepSigmas = 8.0F;
-constexpr float kSteepest = 6.0F;
-
 constexpr std::size_t kWord = 64;     // pixels of a word of edges
+constexpr int kStretch_px = 256;      // pixels of a row that are looked through at once
 constexpr double kFarthest = 4096.0;  // px: no image is larger
 
 constexpr std::size_t words_of(std::size_t pixels) noexcept { return (pixels + kWord - 1) / kWord; }
@@ -39,27 +38,15 @@ Beyond look_beyond(const DepthView& view, int u, int v, int du, int dv, float z,
   return Beyond::Unknown;
 }
 
-/// The four next pixels are read, of the foreground and not behind: most pixels of a surface.
-bool goes_on(const DepthView& view, int u, int v, float limit_m) noexcept {
-  if (u < 1 || v < 1 || u + 1 >= view.depth.width || v + 1 >= view.depth.height) return false;
-  const auto stride = static_cast<std::ptrdiff_t>(view.depth.stride);
-  const std::uint16_t* depth = view.depth.row(v) + u;
-  const std::uint16_t nearest =
-      std::min(std::min(depth[-1], depth[1]), std::min(depth[-stride], depth[stride]));
-  const std::uint16_t farthest =
-      std::max(std::max(depth[-1], depth[1]), std::max(depth[-stride], depth[stride]));
-  if (nearest == 0 || view.metres_per_unit * static_cast<float>(farthest) > limit_m) return false;
-  if (view.label.empty()) return true;
-  const auto label_stride = static_cast<std::ptrdiff_t>(view.label.stride);
-  const std::uint8_t* label = view.label.row(v) + u;
-  return label[-1] != 0 && label[1] != 0 && label[-label_stride] != 0 && label[label_stride] != 0;
+kernels::EdgeLaw edge_law(const DepthView& view) noexcept {
+  return {view.metres_per_unit, view.noise.sigma_per_m2, view.noise.floor_m,
+          static_cast<float>(view.intrinsics.fx)};
 }
 
 bool is_edge(const DepthView& view, int u, int v) noexcept {
   const float z = view.z_m(u, v);
   if (!(z > 0.0F) || view.background(u, v)) return false;
   const float step_m = edge_step_m(view, z);
-  if (goes_on(view, u, v, z + step_m)) return false;
   return look_beyond(view, u, v, 1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, -1, 0, z, step_m) == Beyond::Behind ||
          look_beyond(view, u, v, 0, 1, z, step_m) == Beyond::Behind ||
@@ -69,8 +56,7 @@ bool is_edge(const DepthView& view, int u, int v) noexcept {
 }  // namespace
 
 float edge_step_m(const DepthView& view, float z_m) noexcept {
-  return kStepSigmas * view.noise.sigma_m(z_m) +
-         kSteepest * z_m / static_cast<float>(view.intrinsics.fx);
+  return kernels::edge_step_m(edge_law(view), z_m);
 }
 
 std::int32_t DepthView::working_point(int u, int v) const noexcept {
@@ -120,19 +106,40 @@ void EdgeMap::reserve(Arena& arena, std::size_t max_pixels) {
 
 void EdgeMap::build(const DepthView& view) noexcept {
   box_ = view.box;
-  GRAPNEL_ASSERT(words_of(static_cast<std::size_t>(box_.width()) *
-                          static_cast<std::size_t>(box_.height())) <= bits_.size());
-  Word bits = 0;
-  std::size_t at = 0;
+  const auto width = static_cast<std::size_t>(std::max(0, box_.width()));
+  const std::size_t words = words_of(width * static_cast<std::size_t>(std::max(0, box_.height())));
+  GRAPNEL_ASSERT(words <= bits_.size());
+  std::fill_n(bits_.begin(), words, Word{0});
+  const kernels::EdgeLaw law = edge_law(view);
+  // Pixels of the image's own border have no four neighbours; each is looked at by itself.
+  const int inner_u0 = std::max(box_.u0, 1);
+  const int inner_u1 = std::min(box_.u1, view.depth.width - 1);
+  std::array<std::int32_t, kStretch_px + kernels::kCandidatePad> found;
   for (int v = box_.v0; v < box_.v1; ++v) {
-    for (int u = box_.u0; u < box_.u1; ++u) {
-      bits |= static_cast<Word>(is_edge(view, u, v) ? 1U : 0U) << (at % kWord);
-      if (++at % kWord != 0) continue;
-      bits_[at / kWord - 1] = bits;
-      bits = 0;
+    const bool inner = v >= 1 && v + 1 < view.depth.height && inner_u0 < inner_u1;
+    for (int u = box_.u0; u < (inner ? inner_u0 : box_.u1); ++u) mark(view, u, v);
+    if (!inner) continue;
+    for (int first = inner_u0; first < inner_u1; first += kStretch_px) {
+      kernels::LabelledRow row;
+      row.depth = view.depth.row(v) + first;
+      row.depth_stride = static_cast<std::ptrdiff_t>(view.depth.stride);
+      if (!view.label.empty()) {
+        row.label = view.label.row(v) + first;
+        row.label_stride = static_cast<std::ptrdiff_t>(view.label.stride);
+      }
+      const int count = std::min(inner_u1 - first, kStretch_px);
+      const std::size_t candidates =
+          kernels::edge_candidates(row, static_cast<std::size_t>(count), law, found.data());
+      for (std::size_t k = 0; k < candidates; ++k) mark(view, first + found[k], v);
     }
+    for (int u = std::max(inner_u1, inner_u0); u < box_.u1; ++u) mark(view, u, v);
   }
-  if (at % kWord != 0) bits_[at / kWord] = bits;
+}
+
+void EdgeMap::mark(const DepthView& view, int u, int v) noexcept {
+  if (!is_edge(view, u, v)) return;
+  const auto at = static_cast<std::size_t>((v - box_.v0) * box_.width() + (u - box_.u0));
+  bits_[at / kWord] |= Word{1} << (at % kWord);
 }
 
 void EdgeMap::look_along(int u, int v, int off, int& limit, Nearest& nearest) const noexcept {

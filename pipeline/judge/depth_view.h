@@ -133,6 +133,8 @@ class EdgeMap {
  private:
   using Word = std::uint64_t;
 
+  /// Sets the pixel's bit if it is an edge.
+  void mark(const DepthView& view, int u, int v) noexcept;
   /// Offers `nearest` the nearest edges of row `v`, at most `limit` px² from (u, v - off).
   void look_along(int u, int v, int off, int& limit, Nearest& nearest) const noexcept;
 

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "base/assert.h"
+#include "pipeline/kernels/nearer_row.h"
 
 namespace grapnel {
 namespace {
@@ -31,8 +35,11 @@ double Contrast::certainty() const noexcept {
          std::clamp((gain - kLeastGain) / (kEnoughGain - kLeastGain), 0.0, 1.0);
 }
 
-void RivalTest::reserve(Arena& arena, std::size_t max_pixels) {
+void RivalTest::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_width) {
   z_m_ = arena.take<float>(max_pixels);
+  row_first_ = arena.take<float>(max_width + kernels::kNearerPad);
+  row_second_ = arena.take<float>(max_width + kernels::kNearerPad);
+  sides_ = arena.take<std::int8_t>(max_pixels + kernels::kNearerPad);
 }
 
 void RivalTest::keep(const ModelRender& first) noexcept {
@@ -42,38 +49,60 @@ void RivalTest::keep(const ModelRender& first) noexcept {
   }
 }
 
-int RivalTest::nearer(const ModelRender& second, const DepthView& view, int u,
-                      int v) const noexcept {
-  const float a = first_z_m(second, u, v);
-  const float b = second.marked().contains(u, v) ? second.z_m(u, v) : 0.0F;
-  if (!(a > 0.0F)) return b > 0.0F ? -1 : 0;
-  if (!(b > 0.0F)) return 1;
-  const float least = kLeastDifference * view.noise.sigma_m(std::min(a, b));
-  return a < b - least ? 1 : (b < a - least ? -1 : 0);
+void RivalTest::take_sides(const ModelRender& second, const DepthView& view,
+                           const PixelBox& box) noexcept {
+  const auto width = static_cast<std::size_t>(box.width());
+  GRAPNEL_ASSERT(width + kernels::kNearerPad <= row_first_.size());
+  const kernels::NearerLaw law{kLeastDifference, view.noise.sigma_per_m2, view.noise.floor_m};
+  const auto copy_row = [&](const float* row, const PixelBox& marked, int v, std::span<float> out) {
+    std::fill_n(out.begin(), width, 0.0F);
+    if (v < marked.v0 || v >= marked.v1) return;
+    std::copy_n(row, marked.width(), out.begin() + (marked.u0 - box.u0));
+  };
+  const PixelBox& other = second.marked();
+  for (int v = box.v0; v < box.v1; ++v) {
+    copy_row(z_m_.data() + second.index(marked_.u0, v), marked_, v, row_first_);
+    copy_row(second.depths(other.u0, v), other, v, row_second_);
+    kernels::nearer_row(row_first_.data(), row_second_.data(), width, law,
+                        sides_.data() + static_cast<std::size_t>(v - box.v0) * width);
+  }
 }
 
 Contrast RivalTest::against(const ModelRender& second, const DepthView& view,
-                            double shared_px) const noexcept {
+                            double shared_px) noexcept {
   const PixelBox& other = second.marked();
   const int rim = std::max(1, (kRim_px + view.stride - 1) / view.stride);
+  const PixelBox box{std::min(marked_.u0, other.u0), std::min(marked_.v0, other.v0),
+                     std::max(marked_.u1, other.u1), std::max(marked_.v1, other.v1)};
+  take_sides(second, view, box);
+  const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(rim) * box.width();
   double sum = 0.0;
   double magnitude = 0.0;
-  for (int v = std::min(marked_.v0, other.v0); v < std::max(marked_.v1, other.v1); ++v) {
-    for (int u = std::min(marked_.u0, other.u0); u < std::max(marked_.u1, other.u1); ++u) {
-      const int side = nearer(second, view, u, v);
+  // Beside the box both predict nothing, so nothing along its border counts.
+  for (int v = box.v0 + rim; v < box.v1 - rim; ++v) {
+    const std::int8_t* const row =
+        sides_.data() + static_cast<std::ptrdiff_t>(v - box.v0) * box.width();
+    for (int u = box.u0 + rim; u < box.u1 - rim; ++u) {
+      const std::int8_t* const at = row + (u - box.u0);
+      if (std::uint64_t eight = 0; u + 8 <= box.u1) {
+        std::memcpy(&eight, at, sizeof eight);
+        if (eight == 0) {
+          u += 7;
+          continue;
+        }
+      }
+      const std::int8_t side = *at;
       if (side == 0) continue;
       // Along edges predictions differ by the reach of their discs and readings are mixed.
-      if (nearer(second, view, u - rim, v) != side || nearer(second, view, u + rim, v) != side ||
-          nearer(second, view, u, v - rim) != side || nearer(second, view, u, v + rim) != side) {
-        continue;
-      }
+      if (at[-rim] != side || at[rim] != side || at[-down] != side || at[down] != side) continue;
       const float measured = view.z_m(u, v);
       if (!(measured > 0.0F)) continue;
       const float sigma_m = view.noise.sigma_m(measured);
       const bool of_part = view.of_object(u, v);
+      const float a = marked_.contains(u, v) ? z_m_[second.index(u, v)] : 0.0F;
       const float b = other.contains(u, v) ? second.z_m(u, v) : 0.0F;
-      const float difference = square_off(b, measured, sigma_m, of_part) -
-                               square_off(first_z_m(second, u, v), measured, sigma_m, of_part);
+      const float difference =
+          square_off(b, measured, sigma_m, of_part) - square_off(a, measured, sigma_m, of_part);
       sum += static_cast<double>(difference);
       magnitude += static_cast<double>(std::fabs(difference));
     }

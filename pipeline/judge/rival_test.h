@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "base/arena.h"
@@ -26,25 +27,23 @@ struct Contrast {
 /// the whole surface say nothing.
 class RivalTest {
  public:
-  void reserve(Arena& arena, std::size_t max_pixels);
+  void reserve(Arena& arena, std::size_t max_pixels, std::size_t max_width);
 
   /// Takes the first pose's image over.
   void keep(const ModelRender& first) noexcept;
   /// The first pose against one rendered into the same box; `shared_px` pixels of the view share
   /// one error. O(pixels of both).
   [[nodiscard]] Contrast against(const ModelRender& second, const DepthView& view,
-                                 double shared_px) const noexcept;
+                                 double shared_px) noexcept;
 
  private:
-  [[nodiscard]] float first_z_m(const ModelRender& second, int u, int v) const noexcept {
-    return marked_.contains(u, v) ? z_m_[second.index(u, v)] : 0.0F;
-  }
-
-  /// 1: the first pose's surface is the nearer one, or the only one; -1: the second's; 0: alike.
-  [[nodiscard]] int nearer(const ModelRender& second, const DepthView& view, int u,
-                           int v) const noexcept;
+  /// Fills sides_ of a box that holds both images: 1 where the first pose's surface is the nearer
+  /// one, or the only one; -1 where the second's is; 0 where they are alike.
+  void take_sides(const ModelRender& second, const DepthView& view, const PixelBox& box) noexcept;
 
   std::span<float> z_m_;
+  std::span<float> row_first_, row_second_;  // a row of either image, 0 outside of what is marked
+  std::span<std::int8_t> sides_;
   PixelBox marked_;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/kernels/near_plane.h"
 #include "pipeline/neighbours/symmetric3.h"
 
 namespace grapnel {
@@ -96,12 +97,9 @@ std::size_t PlaneSearch::support(const DepthPlane& plane, std::size_t beaten) co
   std::size_t count = 0;
   for (std::size_t begin = 0; begin < size_; begin += kStretch) {
     if (count + (size_ - begin) <= beaten) break;
-    std::int32_t near = 0;
-    for (std::size_t i = begin; i < std::min(size_, begin + kStretch); ++i) {
-      const float residual = std::fabs(inverse_[i] - (a * u_[i] + b * v_[i] + c));
-      near += residual <= tolerance_[i] ? 1 : 0;
-    }
-    count += static_cast<std::size_t>(near);
+    const kernels::InverseSamples samples{u_.data() + begin, v_.data() + begin,
+                                          inverse_.data() + begin, tolerance_.data() + begin};
+    count += kernels::count_near_plane(samples, std::min(size_ - begin, kStretch), a, b, c);
   }
   return count;
 }

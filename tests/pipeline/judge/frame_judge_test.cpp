@@ -55,7 +55,7 @@ class FrameJudge : public testing::Test {
           edges_.reserve(arena, kWidth * kHeight);
           render_.reserve(arena, kWidth * kHeight, 4096);
           verification_.reserve(arena, kWidth * kHeight, model_->size);
-          rivals_.reserve(arena, kWidth * kHeight);
+          rivals_.reserve(arena, kWidth * kHeight, kWidth);
         }) {
     model_->spacing_m = 0.005;
     scene_.add(truth_, kSize_m);
