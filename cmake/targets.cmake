@@ -20,6 +20,23 @@ if(GRAPNEL_FUZZ)
   target_compile_options(grapnel_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# Headers that most files read, parsed once for all libraries (with grapnel_base) and once for all tests (with
+# the layering test): near a half of a build's time. Only where they fit every target: clang refuses another
+# target's over a macro of its own.
+set(GRAPNEL_COMMON_HEADERS <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream> <functional> <map>
+  <memory> <optional> <span> <sstream> <string> <string_view> <utility> <vector> <Eigen/Core> <Eigen/Geometry>)
+# grapnel_precompile(TARGET OWNER [HEADERS …]): the owner's own, or from it.
+function(grapnel_precompile target owner)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    return()
+  endif()
+  if(target STREQUAL owner)
+    target_precompile_headers(${target} PRIVATE ${GRAPNEL_COMMON_HEADERS} ${ARGN})
+  else()
+    target_precompile_headers(${target} REUSE_FROM ${owner})
+  endif()
+endfunction()
+
 # grapnel_library(NAME [LIBS …]): a static library of every .cpp below the calling folder.
 function(grapnel_library name)
   cmake_parse_arguments(ARG "" "" "LIBS" ${ARGN})
@@ -27,6 +44,7 @@ function(grapnel_library name)
   if(sources)
     add_library(${name} STATIC ${sources})
     target_link_libraries(${name} PUBLIC grapnel_options ${ARG_LIBS})
+    grapnel_precompile(${name} grapnel_base)
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE grapnel_options ${ARG_LIBS})
@@ -61,6 +79,9 @@ function(grapnel_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE grapnel_options ${ARG_LIBS} GTest::gmock GTest::gtest_main)
+  # Half of a build is tests; what they test is optimised, they themselves need not be.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  grapnel_precompile(${name} grapnel_layering_test <gtest/gtest.h>)
   target_compile_definitions(${name} PRIVATE GRAPNEL_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     GRAPNEL_BINARY_DIR="${CMAKE_BINARY_DIR}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60

@@ -99,8 +99,13 @@ void RegistrarState::reserve(Arena& arena, std::vector<MemoryItem>* parts) {
   groups.reserve(arena, limits);
   part("preprocessing");
   stages.normals->reserve(arena, limits);
-  stages.keypoints->reserve(arena, limits);
-  stages.descriptors->reserve(arena, limits);
+  const bool by_features = stages.coarse->needs_correspondences();
+  if (by_features) {
+    stages.keypoints->reserve(arena, limits);
+    stages.descriptors->reserve(arena, limits);
+  } else {
+    limits.max_keypoints = 0;
+  }
   part("features");
   object.reserve(arena, limits, pixels, dimension, stages.params.model.samples);
   part("measured object");
@@ -167,6 +172,7 @@ void RegistrarState::build_models() {
     model.build(preset.models[i], stages.params.model, spacing_m);
     // Thinning averaged them; a model too sparse for new ones keeps those.
     (void)renew_normals(model.coarse, true);
+    if (!stages.coarse->needs_correspondences()) continue;
     // A model without features is still found by its views.
     if (!stages.keypoints->detect(model.coarse, model.keypoints).ok()) model.keypoints.clear();
     if (!stages.descriptors->describe(model.coarse, model.keypoints.span(), model.features).ok()) {
