@@ -74,13 +74,12 @@ void CellIndex::build(const Surface& surface, double edge_m) noexcept {
   begin_[cells] = static_cast<std::int32_t>(surface.size);
 }
 
-CellIndex::Box CellIndex::box(const Vec3f& place, float radius_m) const noexcept {
+CellIndex::Box CellIndex::box(const Vec3f& low, const Vec3f& high, float radius_m) const noexcept {
   Box box;
   const float r = radius_m * 1.00001F;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float value = place[static_cast<Eigen::Index>(axis)];
-    box.low[axis] = cell_along(value - r, axis);
-    box.high[axis] = cell_along(value + r, axis);
+    box.low[axis] = cell_along(low[static_cast<Eigen::Index>(axis)] - r, axis);
+    box.high[axis] = cell_along(high[static_cast<Eigen::Index>(axis)] + r, axis);
   }
   return box;
 }

@@ -23,7 +23,11 @@ class CellIndex {
     std::array<int, 3> low{};
     std::array<int, 3> high{-1, -1, -1};  ///< inclusive
   };
-  [[nodiscard]] Box box(const Vec3f& place, float radius_m) const noexcept;
+  [[nodiscard]] Box box(const Vec3f& place, float radius_m) const noexcept {
+    return box(place, place, radius_m);
+  }
+  /// The same of any place between two corners.
+  [[nodiscard]] Box box(const Vec3f& low, const Vec3f& high, float radius_m) const noexcept;
   [[nodiscard]] PointRange stretch(const Box& box, int cell_y, int cell_z) const noexcept {
     const std::ptrdiff_t row = (static_cast<std::ptrdiff_t>(cell_z) * dims_[1] + cell_y) * dims_[0];
     return {begin_[static_cast<std::size_t>(row + box.low[0])],

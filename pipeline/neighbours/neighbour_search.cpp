@@ -70,30 +70,53 @@ void NeighbourSearch::copy_points(const Surface& surface) noexcept {
   }
 }
 
+namespace {
+
+/// Hands on ranges in batches.
+template <class Use>
+class Batches {
+ public:
+  explicit Batches(const Use& use) noexcept : use_(use) {}
+  void add(PointRange range) noexcept {
+    if (range.begin == range.end) return;
+    ranges_[pending_++] = range;
+    if (pending_ == kRangesAtOnce) flush();
+  }
+  void flush() noexcept {
+    if (pending_ > 0) use_(std::span<const PointRange>(ranges_).first(pending_));
+    pending_ = 0;
+  }
+
+ private:
+  const Use& use_;
+  std::array<PointRange, kRangesAtOnce> ranges_;
+  std::size_t pending_ = 0;
+};
+
+}  // namespace
+
 template <class Use>
 void NeighbourSearch::for_ranges(const Vec3f& place, float radius_m,
                                  const Use& use) const noexcept {
-  std::array<PointRange, kRangesAtOnce> ranges;
-  std::size_t pending = 0;
-  const auto add = [&](PointRange range) {
-    if (range.begin == range.end) return;
-    ranges[pending++] = range;
-    if (pending < kRangesAtOnce) return;
-    use(std::span<const PointRange>(ranges));
-    pending = 0;
-  };
-  if (on_grid_) {
-    const WindowIndex::Window window = window_.window(place, radius_m);
-    for (int row = window.top; row <= window.bottom; ++row) add(window_.stretch(window, row));
-  } else {
-    const CellIndex::Box box = cells_.box(place, radius_m);
-    for (int cell_z = box.low[2]; cell_z <= box.high[2]; ++cell_z) {
-      for (int cell_y = box.low[1]; cell_y <= box.high[1]; ++cell_y) {
-        add(cells_.stretch(box, cell_y, cell_z));
-      }
+  if (!on_grid_) {
+    for_rows(cells_.box(place, radius_m), use);
+    return;
+  }
+  Batches batches(use);
+  const WindowIndex::Window window = window_.window(place, radius_m);
+  for (int row = window.top; row <= window.bottom; ++row) batches.add(window_.stretch(window, row));
+  batches.flush();
+}
+
+template <class Use>
+void NeighbourSearch::for_rows(const CellIndex::Box& box, const Use& use) const noexcept {
+  Batches batches(use);
+  for (int cell_z = box.low[2]; cell_z <= box.high[2]; ++cell_z) {
+    for (int cell_y = box.low[1]; cell_y <= box.high[1]; ++cell_y) {
+      batches.add(cells_.stretch(box, cell_y, cell_z));
     }
   }
-  if (pending > 0) use(std::span<const PointRange>(ranges).first(pending));
+  batches.flush();
 }
 
 std::size_t NeighbourSearch::select(const Vec3f& place, float radius_m) noexcept {
@@ -132,6 +155,45 @@ kernels::SphereMoments NeighbourSearch::moments(std::size_t point_i,
     kernels::add_sphere_moments(points, ranges, sphere, partial);
   });
   return kernels::fold(partial);
+}
+
+kernels::BlockOfPoints NeighbourSearch::block_from(std::size_t position,
+                                                   float radius_m) const noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr && position < surface_->size);
+  const std::size_t most =
+      std::min(surface_->size - position, static_cast<std::size_t>(kernels::kBlock));
+  std::size_t count = 1;
+  for (; count < most; ++count) {
+    const std::size_t i = position + count;
+    if (!(std::fabs(x_[i] - x_[position]) <= radius_m &&
+          std::fabs(y_[i] - y_[position]) <= radius_m &&
+          std::fabs(z_[i] - z_[position]) <= radius_m)) {
+      break;
+    }
+  }
+  return {static_cast<std::int32_t>(position), static_cast<std::int32_t>(count)};
+}
+
+void NeighbourSearch::block_moments(const kernels::BlockOfPoints& block, float radius_m,
+                                    float (*sums)[kernels::kBlock]) const noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr && !on_grid_);
+  const auto first = static_cast<std::size_t>(block.first);
+  Vec3f low(x_[first], y_[first], z_[first]);
+  Vec3f high = low;
+  for (std::size_t i = first + 1; i < first + static_cast<std::size_t>(block.count); ++i) {
+    const Vec3f p(x_[i], y_[i], z_[i]);
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+  std::fill_n(&sums[0][0], kernels::kWindowSums * kernels::kBlock, 0.0F);
+  for_rows(cells_.box(low, high, radius_m), [&](std::span<const PointRange> ranges) {
+    float part[kernels::kWindowSums][kernels::kBlock];
+    kernels::block_scatter(points, block, ranges, radius_m * radius_m, true, part);
+    for (int k = 0; k < kernels::kWindowSums; ++k) {
+      for (int lane = 0; lane < kernels::kBlock; ++lane) sums[k][lane] += part[k][lane];
+    }
+  });
 }
 
 bool NeighbourSearch::exceeded(std::size_t position, float radius_m,

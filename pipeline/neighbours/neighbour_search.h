@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/error.h"
+#include "pipeline/kernels/block_sums.h"
 #include "pipeline/kernels/window_sums.h"
 #include "pipeline/limits.h"
 #include "pipeline/neighbours/cell_index.h"
@@ -54,6 +55,13 @@ class NeighbourSearch {
   /// to a neighbourhood's scatter. Float: right to about 1e-6 of the largest product.
   [[nodiscard]] kernels::SphereMoments moments(std::size_t point_i, float radius_m) const noexcept;
 
+  /// The points from a position on, at most kernels::kBlock, that lie within a box of the radius.
+  [[nodiscard]] kernels::BlockOfPoints block_from(std::size_t position,
+                                                  float radius_m) const noexcept;
+  /// The same as moments() of each of a block's points: what lies near them is looked up once.
+  void block_moments(const kernels::BlockOfPoints& block, float radius_m,
+                     float (*sums)[kernels::kBlock]) const noexcept;
+
   /// Whether a point within `radius_m` of the point at a position of the search's order has a
   /// larger value than it; `values` in that order with kernels::kSlack elements behind. Stops at
   /// the first one.
@@ -81,6 +89,9 @@ class NeighbourSearch {
   /// Stretches of points that may lie in the sphere, in batches to `use(span of PointRange)`.
   template <class Use>
   void for_ranges(const Vec3f& place, float radius_m, const Use& use) const noexcept;
+  /// The same of a box of cells.
+  template <class Use>
+  void for_rows(const CellIndex::Box& box, const Use& use) const noexcept;
 
   const Surface* surface_ = nullptr;
   bool on_grid_ = false;

@@ -127,6 +127,42 @@ TEST(NeighbourSearch, FindsTheNearestInOrderOfDistance) {
   }
 }
 
+TEST(NeighbourSearch, SumsASphereInABlockAsBruteForce) {
+  test::OwnedSurface cloud = test::random_cloud(1500, 1.0, 11);
+  Search s;
+  ASSERT_TRUE(s.search.build(*cloud, 0.1).ok());
+  // The largest one looks into more rows of cells than are handed on at once.
+  for (const float radius : {0.0F, 0.03F, 0.1F, 0.5F}) {
+    std::vector<int> seen(cloud->size, 0);
+    for (std::size_t position = 0; position < cloud->size;) {
+      const kernels::BlockOfPoints block = s.search.block_from(position, radius);
+      float sums[kernels::kWindowSums][kernels::kBlock];
+      s.search.block_moments(block, radius, sums);
+      for (std::size_t lane = 0; lane < static_cast<std::size_t>(block.count); ++lane) {
+        const std::size_t i = s.search.point_at(position + lane);
+        ++seen[i];
+        const std::vector<std::int32_t> around = brute_force(*cloud, cloud->point(i), radius);
+        Vec3d sum = Vec3d::Zero();
+        double xy = 0.0;
+        for (const std::int32_t other : around) {
+          const Vec3d d =
+              (cloud->point(static_cast<std::size_t>(other)) - cloud->point(i)).cast<double>();
+          sum += d;
+          xy += d.x() * d.y();
+        }
+        ASSERT_EQ(static_cast<std::size_t>(sums[0][lane]), around.size());
+        // Floats, by the sum of the sizes of what is added.
+        const auto size = static_cast<double>(around.size());
+        ASSERT_NEAR(static_cast<double>(sums[1][lane]), sum.x(), 1e-6 * radius * size);
+        ASSERT_NEAR(static_cast<double>(sums[3][lane]), sum.z(), 1e-6 * radius * size);
+        ASSERT_NEAR(static_cast<double>(sums[5][lane]), xy, 1e-6 * radius * radius * size);
+      }
+      position += static_cast<std::size_t>(block.count);
+    }
+    EXPECT_EQ(seen, std::vector<int>(cloud->size, 1));
+  }
+}
+
 TEST(NeighbourSearch, HandlesDegenerateClouds) {
   Search s;
   test::OwnedSurface empty(4, 0);

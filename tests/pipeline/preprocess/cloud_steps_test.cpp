@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
@@ -65,6 +66,34 @@ TEST(PcaNormals, AreThoseOfAPlaneAndItsCurvatureIsZero) {
     // to 1e-6.
     ASSERT_LT((plane->normal(i).cast<double>() - normal).norm(), 1e-4);
     ASSERT_LT(n.normals.curvature()[i], 1e-6F);
+  }
+}
+
+TEST(PcaNormals, OfACloudAreThoseOfItsSpheresInDouble) {
+  test::OwnedSurface ball = test::bumpy_ball(1500, 0.2);
+  Normals n;
+  ASSERT_TRUE(n.normals.estimate(*ball).ok());
+  const double radius_m = 3.0 * ball->spacing_m;
+  for (std::size_t i = 0; i < ball->size; ++i) {
+    Mat3d products = Mat3d::Zero();
+    Vec3d sum = Vec3d::Zero();
+    double count = 0.0;
+    for (std::size_t j = 0; j < ball->size; ++j) {
+      const Vec3d d = (ball->point(j) - ball->point(i)).cast<double>();
+      // Beside the rim, where rounding decides.
+      ASSERT_GT(std::fabs(d.norm() - radius_m), 1e-9);
+      if (d.norm() > radius_m) continue;
+      products += d * d.transpose();
+      sum += d;
+      count += 1.0;
+    }
+    const Mat3d covariance = products / count - (sum / count) * (sum / count).transpose();
+    const Eigen::SelfAdjointEigenSolver<Mat3d> solver(covariance);
+    // Radians: what single precision's 1e-7 of the matrix become at the gap of a flat sphere.
+    const Vec3d axis = solver.eigenvectors().col(0);
+    ASSERT_LT(ball->normal(i).cast<double>().cross(axis).norm(), 1e-5);
+    ASSERT_NEAR(static_cast<double>(n.normals.curvature()[i]),
+                solver.eigenvalues()[0] / covariance.trace(), 1e-6);
   }
 }
 
