@@ -257,12 +257,16 @@ void PairJob::verify(const Surface& source, const Surface& target) noexcept {
   p_.candidates.clear();
   const OverlapTolerance tolerance{s_.stages.params.general.sigma_1m_m,
                                    std::min(kFloor_m, kFloorOfSize * size_m_)};
-  const OverlapView source_view{&source, &p_.source.fine, &p_.source.table};
-  const OverlapView target_view{&target, &p_.target.fine, &p_.target.table};
+  const OverlapView source_view{&source, &p_.source.fine, &p_.source.table,
+                                spread_of(p_.source.fine)};
+  const OverlapView target_view{&target, &p_.target.fine, &p_.target.table,
+                                spread_of(p_.target.fine)};
   const Surface some_source = every_nth(p_.source.fine, kGlanceStep, 0, p_.work);
   const Surface some_target = every_nth(p_.target.fine, kGlanceStep, some_source.size, p_.work);
-  const OverlapView source_glance{&source, &some_source, &p_.source.table};
-  const OverlapView target_glance{&target, &some_target, &p_.target.table};
+  OverlapView source_glance = source_view;
+  source_glance.fine = &some_source;
+  OverlapView target_glance = target_view;
+  target_glance.fine = &some_target;
   const auto test = [&](const OverlapView& source_points, const OverlapView& target_points,
                         PairCandidate& candidate) {
     const Pose& pose = candidate.refined.target_from_source;
@@ -346,7 +350,7 @@ void PairJob::judge(const Surface& source, const Surface& target,
         std::max(s_.stages.params.general.sigma_1m_m * z_m * z_m * std::sqrt(2.0),
                  findings.tolerance_m / 3.0);
     findings.tolerance_m = std::max(3.0 * sigma_m, findings.tolerance_m);
-    const OverlapView fixed{&target, &p_.target.fine, &p_.target.table};
+    const OverlapView fixed{&target, &p_.target.fine, &p_.target.table, {}};
     const Mat6d information =
         overlap_information(p_.source.fine, fixed, pose, 2.0 * p_.target.fine.spacing_m);
     report.covariance = pose_covariance(information, reading_errors(target, z_m, sigma_m));

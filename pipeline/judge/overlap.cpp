@@ -23,39 +23,29 @@ constexpr double kEdgeSigmas = 6.0;
 // Without a camera: points farther than this many spacings from the other cloud are outside of it.
 constexpr double kNearSpacings = 4.0;
 
-/// Root mean square distance of a surface's points from their centre.
-double arm_m(const Surface& surface) noexcept {
-  const Vec3f centre = centroid(surface).cast<float>();
-  double square_m2 = 0.0;
-  for (std::size_t i = 0; i < surface.size; ++i) {
-    square_m2 += static_cast<double>((surface.point(i) - centre).squaredNorm());
-  }
-  return std::max(
-      1e-9, std::sqrt(square_m2 / static_cast<double>(std::max<std::size_t>(1, surface.size))));
+/// Sums about the middle of a view's points.
+MotionSums sums_about_middle(const OverlapView& view, const Pose& pose) noexcept {
+  if (view.spread.arm_m > 0.0) return {pose * view.spread.centre, view.spread.arm_m};
+  const PointSpread spread = spread_of(*view.fine);
+  return {pose * spread.centre, spread.arm_m};
 }
 
 double share(double part, double whole) noexcept { return whole > 0.0 ? part / whole : 0.0; }
 
-/// Depth of a pixel of a grid, 0 where there is no point.
-float grid_z(const Surface& surface, int u, int v) noexcept {
-  const auto pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(surface.grid.width) +
-                     static_cast<std::size_t>(u);
-  const std::int32_t point = surface.grid.point_of[pixel];
-  return point < 0 ? 0.0F : surface.z[static_cast<std::size_t>(point)];
+/// Depth of a pixel, which has that point, 0 where there is none.
+double depth_of(const Surface& surface, std::int32_t point) noexcept {
+  return point < 0 ? 0.0 : static_cast<double>(surface.z[static_cast<std::size_t>(point)]);
 }
 
-bool at_edge(const Surface& raw, int u, int v, double z, double sigma_m) noexcept {
+/// Whether the depth jumps, or ends, beside a pixel that lies at least kRim_px within the grid.
+bool at_edge(const Surface& raw, const std::int32_t* pixel, double z, double sigma_m) noexcept {
   const double step = std::max(kEdgeShare * z, kEdgeSigmas * sigma_m);
-  constexpr std::array<std::array<int, 2>, 4> kAround = {
-      {{kRim_px, 0}, {-kRim_px, 0}, {0, kRim_px}, {0, -kRim_px}}};
-  for (const auto& [du, dv] : kAround) {
-    const int nu = u + du;
-    const int nv = v + dv;
-    if (nu < 0 || nv < 0 || nu >= raw.grid.width || nv >= raw.grid.height) return true;
-    const double other = static_cast<double>(grid_z(raw, nu, nv));
-    if (!(other > 0.0) || std::fabs(other - z) > step) return true;
-  }
-  return false;
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(kRim_px) * raw.grid.width;
+  const std::array<std::ptrdiff_t, 4> around = {kRim_px, -kRim_px, row, -row};
+  return std::any_of(around.begin(), around.end(), [&](std::ptrdiff_t off) {
+    const double other = depth_of(raw, pixel[off]);
+    return !(other > 0.0) || std::fabs(other - z) > step;
+  });
 }
 
 /// One direction of the test.
@@ -68,7 +58,7 @@ class Direction {
         tolerance_(tolerance),
         rotation_(pose.linear().cast<float>()),
         shift_(pose.translation().cast<float>()),
-        matched_(pose * centroid(*moved.fine), arm_m(*moved.fine)),
+        matched_(sums_about_middle(moved, pose)),
         contradicted_(matched_) {}
 
   OverlapEvidence run() noexcept {
@@ -100,19 +90,24 @@ class Direction {
     const float cosine = -normal.dot(p) / range;
     if (cosine < kCosFacing) return;
     const Intrinsics& k = raw.grid.intrinsics;
-    const int u =
-        static_cast<int>(std::floor(k.fx * static_cast<double>(p.x() / p.z()) + k.cx + 0.5));
-    const int v =
-        static_cast<int>(std::floor(k.fy * static_cast<double>(p.y() / p.z()) + k.cy + 0.5));
-    if (u < 0 || v < 0 || u >= raw.grid.width || v >= raw.grid.height) return;
-    const double z = static_cast<double>(grid_z(raw, u, v));
+    const double across = k.fx * static_cast<double>(p.x() / p.z()) + k.cx + 0.5;
+    const double down = k.fy * static_cast<double>(p.y() / p.z()) + k.cy + 0.5;
+    const int width = raw.grid.width;
+    const int height = raw.grid.height;
+    if (!(across >= 0.0 && down >= 0.0 && across < width && down < height)) return;
+    const auto u = static_cast<int>(across);
+    const auto v = static_cast<int>(down);
+    const std::int32_t* const pixel =
+        raw.grid.point_of.data() + static_cast<std::ptrdiff_t>(v) * width + u;
+    const double z = depth_of(raw, *pixel);
     if (!(z > 0.0)) {
       evidence_.unknown += 1.0;
       return;
     }
+    const bool inside = u >= kRim_px && v >= kRim_px && u + kRim_px < width && v + kRim_px < height;
     // Both views err: the variances add.
     const double sigma_m = tolerance_.sigma_per_m2 * z * z * std::sqrt(2.0);
-    if (at_edge(raw, u, v, z, sigma_m)) return;
+    if (!inside || at_edge(raw, pixel, z, sigma_m)) return;
     const double off =
         (z - static_cast<double>(p.z())) * static_cast<double>(range / p.z() * cosine);
     const double limit = std::max(kSigmas * sigma_m, tolerance_.floor_m);
@@ -122,17 +117,24 @@ class Direction {
     } else if (off < -limit) {
       evidence_.hidden += 1.0;
     } else {
-      match(p, normal, off);
+      match(p, normal, near(p), off);
     }
   }
 
-  void match(const Vec3f& p, const Vec3f& normal, double off) noexcept {
+  /// A point of the fixed view near a place, seldom the nearest one; -1 = none is near.
+  std::int32_t near(const Vec3f& p) const noexcept {
+    const std::int32_t found = fixed_.table->nearby(p);
+    if (found < 0) return found;
+    const Vec3f gap = fixed_.fine->point(static_cast<std::size_t>(found)) - p;
+    const auto limit_m = static_cast<float>(kNearSpacings * fixed_.fine->spacing_m);
+    return gap.squaredNorm() <= limit_m * limit_m ? found : -1;
+  }
+
+  void match(const Vec3f& p, const Vec3f& normal, std::int32_t partner, double off) noexcept {
     const Surface& fine = *fixed_.fine;
-    const std::int32_t found =
-        fixed_.table->closest(p, static_cast<float>(kNearSpacings * fine.spacing_m));
     const bool faces_elsewhere =
-        found >= 0 && fine.has_normal(static_cast<std::size_t>(found)) &&
-        fine.normal(static_cast<std::size_t>(found)).dot(normal) < kCosNormal;
+        partner >= 0 && fine.has_normal(static_cast<std::size_t>(partner)) &&
+        fine.normal(static_cast<std::size_t>(partner)).dot(normal) < kCosNormal;
     if (faces_elsewhere) {
       misalign(p, normal);
       return;
@@ -160,7 +162,7 @@ class Direction {
     if (std::fabs(off) > limit) {
       misalign(p, normal);
     } else {
-      match(p, normal, off);
+      match(p, normal, found, off);
     }
   }
 
@@ -180,6 +182,18 @@ class Direction {
 };
 
 }  // namespace
+
+PointSpread spread_of(const Surface& surface) noexcept {
+  PointSpread spread;
+  spread.centre = centroid(surface);
+  double square_m2 = 0.0;
+  for (std::size_t i = 0; i < surface.size; ++i) {
+    square_m2 += (surface.point(i).cast<double>() - spread.centre).squaredNorm();
+  }
+  const auto count = static_cast<double>(std::max<std::size_t>(1, surface.size));
+  spread.arm_m = std::max(1e-9, std::sqrt(square_m2 / count));
+  return spread;
+}
 
 double OverlapEvidence::matched_share() const noexcept {
   return share(matched, matched + misaligned + seen_through);

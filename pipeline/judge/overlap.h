@@ -11,11 +11,19 @@
 
 namespace grapnel {
 
+/// Where a surface's points lie: their middle and their root mean square distance from it.
+struct PointSpread {
+  Vec3d centre = Vec3d::Zero();
+  double arm_m = 0.0;  ///< 0 = not known
+};
+[[nodiscard]] PointSpread spread_of(const Surface& surface) noexcept;
+
 /// One of two views as the overlap test sees it.
 struct OverlapView {
   const Surface* raw = nullptr;              ///< as measured, with its grid where a camera gave one
   const Surface* fine = nullptr;             ///< thinned, with normals
   const ClosestPointTable* table = nullptr;  ///< indexes `fine`
+  PointSpread spread;                        ///< of `fine`, or of all whose part `fine` is
 };
 
 /// What one view says about the other's points at a pose. Counts of points.

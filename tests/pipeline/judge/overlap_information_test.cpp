@@ -44,7 +44,7 @@ class NoisyView {
   OverlapView finish(double spacing_m) {
     (*surface_).spacing_m = spacing_m;
     table_.build(*surface_, kReach_m);
-    return {&*surface_, &*surface_, &table_};
+    return {&*surface_, &*surface_, &table_, {}};
   }
   Surface& surface() { return *surface_; }
 

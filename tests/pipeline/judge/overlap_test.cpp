@@ -41,7 +41,7 @@ class FlatView {
     table_.build(s, 0.05);
   }
 
-  [[nodiscard]] OverlapView view() { return {&*surface_, &*surface_, &table_}; }
+  [[nodiscard]] OverlapView view() { return {&*surface_, &*surface_, &table_, {}}; }
   Surface& surface() { return *surface_; }
 
  private:
