@@ -6,7 +6,6 @@
 #include "base/math.h"
 #include "pipeline/coarse/hypothesis_list.h"
 #include "pipeline/coarse/pose_score.h"
-#include "pipeline/coarse/triples.h"
 
 namespace grapnel {
 namespace {
@@ -34,6 +33,10 @@ FieldTable surface_ransac_fields() noexcept {
                                    "of a right triple drawn, at which drawing ends; 1 = never"),
   };
   return kFields;
+}
+
+void SurfaceRansac::reserve(Arena& arena, const Limits& limits) {
+  placed_ = arena.take<PlacedPair>(limits.max_correspondences);
 }
 
 /// Draws after which a triple of a pose that as large a part of the pairs meets as kRival of those
@@ -71,11 +74,16 @@ Status SurfaceRansac::generate(const PairView& pair, const Correspondences& corr
   check.cos_normal = math::cos(params_.max_normal_angle_rad);
   // Few pairs have few triples; drawing each more than a few times is of no use.
   const std::size_t pairs = correspondences.size();
+  if (pairs > placed_.size()) {
+    return Error{Code::CapacityExceeded, Stage::Coarse, static_cast<std::int32_t>(pairs)};
+  }
+  const std::span<PlacedPair> placed = placed_.first(pairs);
+  place_pairs(pair, correspondences, placed);
   std::size_t draws = std::min(params_.draws, pairs * pairs * pairs);
   std::size_t rated = 0;
   for (std::size_t draw = 0; draw < draws && rated < params_.ratings; ++draw) {
     Hypothesis hypothesis;
-    if (!draw_pose(pair, correspondences, check, rng, hypothesis.target_from_source)) continue;
+    if (!draw_pose(pair, placed, check, rng, hypothesis.target_from_source)) continue;
     ++rated;
     const double weakest = hypotheses.full() ? hypotheses[hypotheses.size() - 1].support : -1e9;
     // A quick rating scatters by about a tenth.

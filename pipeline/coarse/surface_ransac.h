@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "base/field.h"
+#include "pipeline/coarse/triples.h"
 #include "pipeline/stage.h"
 
 namespace grapnel {
@@ -26,7 +28,7 @@ class SurfaceRansac final : public HypothesisGenerator {
  public:
   explicit SurfaceRansac(const SurfaceRansacParams& params) : params_(params) {}
 
-  void reserve(Arena&, const Limits&) override {}
+  void reserve(Arena& arena, const Limits& limits) override;
   [[nodiscard]] bool supports_by_score() const noexcept override { return true; }
   /// Without draws no features are asked for, and none are computed.
   [[nodiscard]] bool needs_correspondences() const noexcept override { return params_.draws > 0; }
@@ -38,6 +40,7 @@ class SurfaceRansac final : public HypothesisGenerator {
                                       const Pose& target_from_source) const noexcept;
 
   SurfaceRansacParams params_;
+  std::span<PlacedPair> placed_;
 };
 
 }  // namespace grapnel

@@ -60,6 +60,18 @@ TEST(Triples, OnlyAgreeingEdgesMakeAPose) {
     EXPECT_LT((pose.matrix() - truth.matrix()).cwiseAbs().maxCoeff(), 1e-3);
   }
   EXPECT_GT(drawn, 50);
+
+  // Placed pairs are drawn alike.
+  std::vector<PlacedPair> placed(pairs.size());
+  place_pairs(view, pairs, placed);
+  Rng one(2);
+  Rng other(2);
+  for (int i = 0; i < 2000; ++i) {
+    Pose a = Pose::Identity();
+    Pose b = Pose::Identity();
+    ASSERT_EQ(draw_pose(view, pairs, check, one, a), draw_pose(view, placed, check, other, b));
+    ASSERT_EQ(a.matrix(), b.matrix());
+  }
 }
 
 class BoxIndex : public testing::Test {
