@@ -73,6 +73,17 @@ void pair_up(const Surface& moving, const Surface& fixed, const ClosestSurface& 
   }
 }
 
+/// Middle of every `step`-th point.
+Vec3d middle_of(const Surface& surface, std::size_t step) noexcept {
+  Vec3d sum = Vec3d::Zero();
+  double count = 0.0;
+  for (std::size_t i = 0; i < surface.size; i += step) {
+    sum += surface.point(i).cast<double>();
+    count += 1.0;
+  }
+  return count > 0.0 ? Vec3d(sum / count) : sum;
+}
+
 Vec3d centre_of(const kernels::PairGate& gate) noexcept {
   return {static_cast<double>(gate.centre[0]), static_cast<double>(gate.centre[1]),
           static_cast<double>(gate.centre[2])};
@@ -117,7 +128,7 @@ Result<RefinedPose> Icp::refine(const Surface& moving, const Surface& fixed,
           ? 0.0
           : math::exp(math::log(end_m / start_m) / static_cast<double>(params_.anneal_iterations));
   const std::size_t step = point_step(moving.size, params_.max_points);
-  const Vec3d centre = centroid(moving);
+  const Vec3d centre = middle_of(moving, step);
 
   RefinedPose result;
   result.target_from_source = fixed_from_moving;
