@@ -111,16 +111,21 @@ void FpfhEstimator::count_fast(std::size_t position,
                                std::span<const std::int32_t> others) noexcept {
   kernels::pair_bins(points_.data(), static_cast<std::int32_t>(position), others, bins_.data());
   // Neighbouring pairs fall into the same bins: counting in turn into two tables keeps one count
-  // from waiting for the last.
-  std::array<std::array<std::uint32_t, kDimension>, 2> tables{};
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    if (bins_[i] == kernels::kNoPair) continue;
-    const auto packed = static_cast<std::uint32_t>(bins_[i]);
-    std::array<std::uint32_t, kDimension>& table = tables[i % 2];
+  // from waiting for the last. Pairs without features fall behind the last bin.
+  using Table = std::array<std::uint32_t, kDimension + 1>;
+  std::array<Table, 2> tables{};
+  const auto count = [](std::int32_t bins, Table& table) {
+    const auto packed = static_cast<std::uint32_t>(bins);
     ++table[packed & 0xff];
-    ++table[kBins + ((packed >> 8) & 0xff)];
-    ++table[2 * kBins + (packed >> 16)];
+    ++table[packed >> 8 & 0xff];
+    ++table[packed >> 16];
+  };
+  std::size_t i = 0;
+  for (; i + 2 <= others.size(); i += 2) {
+    count(bins_[i], tables[0]);
+    count(bins_[i + 1], tables[1]);
   }
+  if (i < others.size()) count(bins_[i], tables[0]);
   for (std::size_t bin = 0; bin < kDimension; ++bin) {
     histogram_[bin] = static_cast<float>(tables[0][bin] + tables[1][bin]);
   }
@@ -145,20 +150,36 @@ void FpfhEstimator::count_plain(std::size_t position,
   }
 }
 
+/// The others of a point's pairs, thinned evenly where they are too many.
+std::span<const std::int32_t> FpfhEstimator::pairs_of(
+    std::size_t position, std::span<const std::int32_t> around) noexcept {
+  const std::size_t kept = std::min(around.size(), max_neighbours_);
+  // i * size / kept without a division each.
+  const std::size_t step = around.size() / kept;
+  const std::size_t rest = around.size() % kept;
+  std::size_t from = 0;
+  std::size_t over = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kept; ++i) {
+    const auto other = static_cast<std::size_t>(around[from]);
+    others_[count] = around[from];
+    count += other != position && (all_normals_ || has_normal(other)) ? 1U : 0U;
+    over += rest;
+    const std::size_t more = over >= kept ? 1 : 0;
+    over -= more * kept;
+    from += step + more;
+  }
+  return others_.first(count);
+}
+
 bool FpfhEstimator::simplify(std::size_t position, const Neighbourhood& around) noexcept {
   if (!has_normal(position)) return false;
   std::span<const std::int32_t> others = around.index;
   // The point itself makes no pair; it is left in where nothing else must be taken out.
   std::size_t pairs = others.size() - 1;
   if (!all_normals_ || others.size() > max_neighbours_) {
-    std::size_t count = 0;
-    for (const std::int32_t index : search_.thin(around, max_neighbours_).index) {
-      const auto other = static_cast<std::size_t>(index);
-      others_[count] = index;
-      count += other != position && has_normal(other) ? 1U : 0U;
-    }
-    others = others_.first(count);
-    pairs = count;
+    others = pairs_of(position, others);
+    pairs = others.size();
   }
   if (pairs == 0) return false;
   // All pairs count, also those that turn out to have no features.

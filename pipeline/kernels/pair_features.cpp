@@ -110,7 +110,9 @@ HWY_INLINE PairOfBins<D> BinsOfPairs(D d, const Vector3<V>& p, const Vector3<V>&
 template <class D>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> Packed(D, const PairOfBins<D>& b) {
   const hn::RebindToSigned<D> di;
-  const auto packed = hn::Or(b.f1, hn::Or(hn::ShiftLeft<8>(b.f2), hn::ShiftLeft<16>(b.f3)));
+  constexpr std::int32_t kFirst = kPairBins << 8 | 2 * kPairBins << 16;
+  const auto later = hn::Add(hn::ShiftLeft<8>(b.f2), hn::ShiftLeft<16>(b.f3));
+  const auto packed = hn::Add(hn::Add(b.f1, hn::Set(di, kFirst)), later);
   return hn::IfThenElse(b.none, hn::Set(di, kNoPair), packed);
 }
 
