@@ -25,6 +25,8 @@ constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfSize = 0.01;
 // Proposals this near are one, in sizes: less than coarse refinement bridges.
 constexpr double kSame = 0.03;
+// Refined poses this near have ended in one place, in sizes.
+constexpr double kEnded = 0.01;
 // A first test looks at every fourth point…
 constexpr std::size_t kGlanceStep = 4;
 // …and poses below this share of the best one's worth can't become its rivals by finer refinement.
@@ -282,6 +284,12 @@ void PairJob::verify(const Surface& source, const Surface& target) noexcept {
     if (!refined.ok()) continue;
     PairCandidate candidate;
     candidate.refined = refined.value();
+    // Of starts that end in one place the first, which is the best of them, suffices.
+    const auto same = [&](const PairCandidate& other) {
+      return displacement_m(candidate.refined.target_from_source, other.refined.target_from_source,
+                            centre_, 0.5 * size_m_) < kEnded * size_m_;
+    };
+    if (std::any_of(p_.candidates.begin(), p_.candidates.end(), same)) continue;
     test(source_glance, target_glance, candidate);
     if (best == 0.0 || candidate.worth > kAlternative * best) {
       // Once more with the fine points' own distance as the unit.
