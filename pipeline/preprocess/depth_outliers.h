@@ -22,7 +22,10 @@ struct DepthOutlierParams {
 
 [[nodiscard]] FieldTable depth_outlier_fields() noexcept;
 
-/// Removes flying and grazing pixels: depth and label become 0.
+/// Removes flying and grazing pixels: depth and label become 0. One that mixes two surfaces at an
+/// edge takes the depth of the surface that more of its neighbours lie on, where at least
+/// min_support do: left out, it would move the edge inwards, and only on the sides where the sensor
+/// reads both surfaces.
 class DepthOutliers {
  public:
   explicit DepthOutliers(const DepthOutlierParams& params) noexcept : params_(params) {}
@@ -32,6 +35,9 @@ class DepthOutliers {
   std::size_t apply(WorkingDepth& work) noexcept;
 
  private:
+  /// Looks again at what was taken out of row v; pixels that got a depth.
+  std::size_t put_on_surfaces(const DepthGap& gap, int v, WorkingDepth& work) const noexcept;
+
   DepthOutlierParams params_;
   PaddedDepth padded_;
 };

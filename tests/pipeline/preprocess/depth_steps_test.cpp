@@ -137,6 +137,36 @@ TEST(DepthOutliers, RemoveFlyingPixelsBetweenTwoSurfaces) {
   EXPECT_EQ(steps.work.depth.at(81, 60), 1500);
 }
 
+TEST(DepthOutliers, GiveAMixedPixelTheSurfaceThatMoreOfItsNeighboursLieOn) {
+  test::TestFrame frame(kWidth, kHeight, kFocal_px);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      frame.at(u, v) = u < 80 ? std::uint16_t{1000} : std::uint16_t{1500};
+    }
+  }
+  frame.at(79, 30) = 1250;  // the near surface's last pixel
+  frame.at(80, 60) = 1250;  // the far surface's first
+  Steps steps;
+  ASSERT_TRUE(organize(frame.frame, {}, steps.work).ok());
+  EXPECT_EQ(steps.outliers.apply(steps.work), 0U);
+  EXPECT_EQ(steps.work.depth.at(79, 30), 1000);
+  EXPECT_EQ(steps.work.depth.at(80, 60), 1500);
+  EXPECT_NE(steps.work.label.at(79, 30), kNoLabel);
+}
+
+TEST(DepthOutliers, RemoveALonePixelBeforeWhatIsNotRead) {
+  test::TestFrame frame(kWidth, kHeight, kFocal_px);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) frame.at(u, v) = 0;
+  }
+  frame.at(40, 40) = 1250;
+  frame.at(41, 40) = frame.at(41, 41) = 1500;  // two readings are no surface
+  Steps steps;
+  ASSERT_TRUE(organize(frame.frame, {}, steps.work).ok());
+  EXPECT_EQ(steps.outliers.apply(steps.work), 3U);
+  EXPECT_EQ(steps.work.depth.at(40, 40), 0);
+}
+
 TEST(Background, TaughtImageLeavesWhatStandsOnIt) {
   test::TestFrame empty(kWidth, kHeight, kFocal_px);
   empty.draw_plane(Vec3d(0.0, -0.3, -1.0).normalized(), 1.0, 0, 0, kWidth, kHeight);
