@@ -67,8 +67,7 @@ void FrameJob::predict_deviation(std::size_t model_i, double floor_m,
   }
   const GeneralParams& general = s_.stages.params.general;
   report.covariance = pose_covariance(
-      readings.information, readings.common, readings.misfit,
-      {general.common_error_px, general.common_error_px, general.common_error_sigmas});
+      readings, {general.common_error_px, general.common_error_px, general.common_error_sigmas});
 }
 
 void FrameJob::look_at_ground(const ModelIndex& model, double floor_m,

@@ -27,8 +27,8 @@ struct GeneralParams {
   double sigma_1m_m = 0.001425;       ///< axial noise at 1 m, growing with z²
   double shared_error_px = 40.0;      ///< neighbouring readings that share one error
   double pose_error_px = 20.0;        ///< readings that count as one in a pose's covariance
-  double common_error_px = 0.3;       ///< 1-sigma across the view that a part's outlines share
-  double common_error_sigmas = 0.06;  ///< that its depths share, in sigmas of a reading
+  double common_error_px = 0.15;      ///< 1-sigma across the view that a part's outlines share
+  double common_error_sigmas = 0.02;  ///< that its depths share, in sigmas of a reading
   std::size_t max_components = 6;     ///< objects looked at in vain in one frame, largest first
   double max_visible_ratio = 0.0;     ///< × the model's largest projected area: larger objects are
                                       ///< passed over; 0 = none

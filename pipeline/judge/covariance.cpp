@@ -46,12 +46,13 @@ Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noe
   return covariance;
 }
 
-Mat6d pose_covariance(const Mat6d& information, const Eigen::Matrix<double, 6, 3>& common,
-                      const Vec6d& misfit, const Vec3d& common_sigma) noexcept {
-  const Mat6d inverse = inverse_of(information);
-  const Vec6d off = inverse * misfit;
-  const Eigen::Matrix<double, 6, 3> shift = inverse * common * common_sigma.asDiagonal();
-  return inverse + shift * shift.transpose() + off * off.transpose();
+Mat6d pose_covariance(const PoseReadings& readings, const Vec3d& common_sigma) noexcept {
+  const Mat6d inverse = inverse_of(readings.information);
+  const Vec6d off = inverse * readings.misfit;
+  const Eigen::Matrix<double, 6, 3> shift = inverse * readings.common * common_sigma.asDiagonal();
+  const Mat6d rounding = inverse * readings.rounding * inverse;
+  return inverse + shift * shift.transpose() + 0.5 * (rounding + rounding.transpose()) +
+         off * off.transpose();
 }
 
 void take_turn_as_known(const Vec3d& point, const Vec3d& axis, Mat6d& information) noexcept {

@@ -5,6 +5,7 @@
 
 #include "base/geometry.h"
 #include "pipeline/features.h"
+#include "pipeline/judge/pose_information.h"
 #include "pipeline/model.h"
 
 namespace grapnel {
@@ -29,12 +30,11 @@ struct ReadingErrors {
 /// number of readings that share an error; and what no number of readings averages out.
 [[nodiscard]] Mat6d pose_covariance(const Mat6d& information, const ReadingErrors& errors) noexcept;
 
-/// The same of readings whose variance the information holds already, and of sums of weight ×
-/// gradient × error over them, which the inverse information carries to shifts of the pose:
-/// `common`, of errors that many share, for `common_sigma` of each; and `misfit`, of what they
-/// deviate at the pose. Where that is not the pose that they fit best, nobody knows which errs.
-[[nodiscard]] Mat6d pose_covariance(const Mat6d& information,
-                                    const Eigen::Matrix<double, 6, 3>& common, const Vec6d& misfit,
+/// The same of readings whose variance the information holds already. The inverse information
+/// carries their sums to shifts of the pose: `common`, of errors that many share, for
+/// `common_sigma` of each; `rounding`; and `misfit`. Where the pose is not the one that the
+/// readings fit best, nobody knows which errs.
+[[nodiscard]] Mat6d pose_covariance(const PoseReadings& readings,
                                     const Vec3d& common_sigma) noexcept;
 
 /// Takes a turn about the line through `point` along `axis` (target frame) for known, as nothing

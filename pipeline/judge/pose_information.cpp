@@ -1,7 +1,10 @@
 #include "pipeline/judge/pose_information.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 namespace grapnel {
 namespace {
@@ -13,6 +16,41 @@ constexpr int kRim_px = 2;
 constexpr int kEdgeReach_px = 3;
 // Every second pixel both ways stands for its neighbours: they share its error anyway.
 constexpr int kStep_px = 2;
+
+// Values of the depth are told apart over this many counts; half a metre of a sensor that speaks in
+// millimetres.
+constexpr std::size_t kValues = 512;
+
+/// Sums w J times the error of one count's rounding, value by value.
+class RoundingSums {
+ public:
+  void add(std::uint16_t value, const Vec3d& gradient, const Vec3d& x, double weight) noexcept {
+    const Vec3d arm = x.cross(gradient);
+    std::array<double, 6>& sum = sum_[value % kValues];
+    for (int a = 0; a < 3; ++a) {
+      sum[static_cast<std::size_t>(a)] += weight * gradient[a];
+      sum[static_cast<std::size_t>(a + 3)] += weight * arm[a];
+    }
+  }
+  [[nodiscard]] Mat6d covariance(double variance) const noexcept {
+    Mat6d whole = Mat6d::Zero();
+    for (const std::array<double, 6>& sum : sum_) {
+      if (sum[2] == 0.0) continue;
+      for (int a = 0; a < 6; ++a) {
+        for (int b = a; b < 6; ++b) {
+          whole(a, b) += sum[static_cast<std::size_t>(a)] * sum[static_cast<std::size_t>(b)];
+        }
+      }
+    }
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) whole(a, b) = whole(b, a) = variance * whole(a, b);
+    }
+    return whole;
+  }
+
+ private:
+  std::array<std::array<double, 6>, kValues> sum_{};
+};
 
 /// Sums w J Jᵀ, the upper triangle row by row, and w J times errors.
 class Sums {
@@ -51,7 +89,8 @@ class Sums {
 };
 
 void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const ModelRender& render,
-                 const DepthView& view, const ReadingSpread& spread, Sums& sums) noexcept {
+                 const DepthView& view, const ReadingSpread& spread, RoundingSums& rounding,
+                 Sums& sums) noexcept {
   const PixelBox& box = render.marked();
   const double stride_px = view.stride;
   // Pixels of the view that one error counts for, each looked at standing for kStep_px².
@@ -79,6 +118,8 @@ void add_surface(const Surface& model, const Eigen::Matrix3f& rotation, const Mo
           sigma_m * sigma_m * along * along + across_m * across_m * std::max(0.0, 1.0 - square);
       sums.add(normal, static_cast<double>(predicted) * ray, each / variance_m2,
                {0.0, 0.0, sigma_m * along}, off_m);
+      rounding.add(view.depth.at(u, v), normal, static_cast<double>(predicted) * ray,
+                   each / variance_m2 * along);
     }
   }
 }
@@ -115,9 +156,15 @@ PoseReadings pose_information(const Surface& model, const Pose& camera_from_mode
                               const ModelRender& render, const DepthView& view,
                               const EdgeMap& edges, const ReadingSpread& spread) noexcept {
   Sums sums;
-  add_surface(model, camera_from_model.linear().cast<float>(), render, view, spread, sums);
+  RoundingSums rounding;
+  add_surface(model, camera_from_model.linear().cast<float>(), render, view, spread, rounding,
+              sums);
   add_outline(render, view, edges, model, camera_from_model, spread, sums);
-  return sums.readings();
+  PoseReadings readings = sums.readings();
+  // An error that is even over one unit has a twelfth of its square for variance.
+  const auto unit_m = static_cast<double>(view.metres_per_unit);
+  readings.rounding = rounding.covariance(unit_m * unit_m / 12.0);
+  return readings;
 }
 
 }  // namespace grapnel

@@ -578,16 +578,17 @@ TEST(Covariance, KeepsWhatNoNumberOfReadingsAveragesOut) {
 TEST(Covariance, AnErrorThatOneSortOfReadingsSharesCountsByTheirWeight) {
   // Along x an outline of variance 1e-6 m² and a surface of a quarter of that: the outline's common
   // error of 2 mm shifts their mean by a fifth.
-  Mat6d information = Mat6d::Identity() * 1e9;
-  information(0, 0) = 1e6 + 4e6;
-  Eigen::Matrix<double, 6, 3> common = Eigen::Matrix<double, 6, 3>::Zero();
-  common(0, 0) = 1e6 * 1e-3;  // an error of 1 mm
-  Vec6d misfit = Vec6d::Zero();
-  misfit[1] = 1e9 * 1e-4;  // all readings say that it lies 0.1 mm further along y
-  const Mat6d covariance = pose_covariance(information, common, misfit, {2.0, 5.0, 5.0});
+  PoseReadings readings;
+  readings.information = Mat6d::Identity() * 1e9;
+  readings.information(0, 0) = 1e6 + 4e6;
+  readings.common(0, 0) = 1e6 * 1e-3;  // an error of 1 mm
+  readings.misfit[1] = 1e9 * 1e-4;     // all readings say that it lies 0.1 mm further along y
+  readings.rounding(3, 3) = 1e9 * 1e-4 * 1e9 * 1e-4;  // of one value, which turns it by 0.1 mrad
+  const Mat6d covariance = pose_covariance(readings, {2.0, 5.0, 5.0});
   EXPECT_NEAR(covariance(0, 0), 1.0 / 5e6 + 0.4e-3 * 0.4e-3, 1e-12);
   EXPECT_NEAR(covariance(1, 1), 1e-9 + 1e-8, 1e-12);
   EXPECT_NEAR(covariance(2, 2), 1e-9, 1e-12);
+  EXPECT_NEAR(covariance(3, 3), 1e-9 + 1e-8, 1e-12);
 }
 
 TEST(Covariance, OfAKnownTurnReachesNoOtherDirection) {

@@ -131,5 +131,41 @@ TEST_F(PoseInformation, ACommonErrorShiftsThePoseAsFarAsItsReadingsPlaceIt) {
   EXPECT_NEAR(at_top(2).x() / pixel_m, 0.0, 0.05);
 }
 
+/// Variance along the view, of the point where the view's axis meets the top, that rounding makes,
+/// in squares of a unit.
+double rounding_variance(const PoseReadings& found, double top_m, double unit_m) {
+  const Mat6d inverse = found.information.inverse();
+  const Mat6d covariance = inverse * found.rounding * inverse;
+  Vec6d at_top = Vec6d::Zero();
+  at_top[2] = 1.0;
+  at_top.tail<3>() = Vec3d(0.0, 0.0, top_m).cross(Vec3d::UnitZ());
+  return at_top.dot(covariance * at_top) / (unit_m * unit_m);
+}
+
+TEST_F(PoseInformation, OneRoundingOfALevelFaceShiftsItAsAWhole) {
+  const PoseReadings found = readings(true);
+  // All of the top has one depth: an error that is even over one unit.
+  const double unit_m = scene_.frame().metres_per_unit;
+  EXPECT_NEAR(rounding_variance(found, kTop_m, unit_m), 1.0 / 12.0, 0.005);
+}
+
+TEST_F(PoseInformation, RoundingsOfATiltedFaceAverageOut) {
+  Pose tilt = Pose::Identity();
+  tilt.linear() = rotation_from_vector({0.1, 0.0, 0.0});
+  pose_ = Eigen::Translation3d(0.0, 0.0, kTop_m - 0.1) * tilt *
+          Eigen::Translation3d(0.0, 0.0, -kTop_m) * pose_;
+  scene_.add(pose_, kSize_m);
+  const PoseReadings found = readings(true);
+  // Some 30 values in stripes across the slope.
+  const double unit_m = scene_.frame().metres_per_unit;
+  const double variance = rounding_variance(found, kTop_m - 0.1, unit_m);
+  EXPECT_GT(variance, 0.0);
+  EXPECT_LT(variance, 0.1 / 12.0);
+  // Stripes along x say less of a turn about x than of one about y.
+  const Mat6d inverse = found.information.inverse();
+  const Mat6d covariance = inverse * found.rounding * inverse;
+  EXPECT_GT(covariance(3, 3), 4.0 * covariance(4, 4));
+}
+
 }  // namespace
 }  // namespace grapnel
