@@ -78,7 +78,7 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
     {"grasp_flat_m", Code::NoSurfaceGrasp,
      "for a surface grasp, deviation of the flattest footprint", Bound::AtMost, 1e3, 1, " mm"},
     {"stray_m2", Code::UnexplainedForeground,
-     "largest piece along the part's edges at a depth the part does not have there", Bound::AtMost,
+     "largest piece at a depth the part does not have there", Bound::AtMost,
      1e4, 1, " cm2"},
     {"left_over_m2", Code::UnexplainedForeground,
      "largest piece of the measured object beside the part", Bound::AtMost, 1e4, 1, " cm2"},

@@ -200,7 +200,12 @@ void Verification::classify(const ModelRender& render, const DepthView& view, in
         break;
       case Met::Before:
         kind = Kind::Occluded;
-        if (view.of_object(u + c, v)) ++sums.own_unmatched;
+        if (view.of_object(u + c, v)) {
+          kind = Kind::InFront;
+          ++sums.own_unmatched;
+        } else if (view.of_fragment(u + c, v)) {
+          kind = Kind::InFront;
+        }
         break;
       case Met::Within: {
         const auto i = static_cast<std::size_t>(points[k]);
@@ -318,13 +323,13 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
     return static_cast<double>(sums.count[static_cast<std::size_t>(kind)]);
   };
   const double matched = count(Kind::Matched);
-  const double total =
-      matched + count(Kind::SeenThrough) + count(Kind::Occluded) + count(Kind::Unknown);
+  const double occluded = count(Kind::Occluded) + count(Kind::InFront);
+  const double total = matched + count(Kind::SeenThrough) + occluded + count(Kind::Unknown);
   evidence.pixels = static_cast<std::uint32_t>(total);
   if (total < 1.0) return evidence;
   evidence.matched = matched / total;
   evidence.seen_through = count(Kind::SeenThrough) / total;
-  evidence.occluded = count(Kind::Occluded) / total;
+  evidence.occluded = occluded / total;
   evidence.unknown = count(Kind::Unknown) / total;
   sums.area_m2 /= view.intrinsics.fx * view.intrinsics.fy;
   for (double& sum : sums.normals) sum /= view.intrinsics.fx * view.intrinsics.fy;
@@ -353,6 +358,10 @@ Evidence Verification::verify(const Surface& model, std::span<const std::uint8_t
   }
   if (count(Kind::Stray) > 0.0) {
     evidence.stray_area_m2 = broad_piece_m2(Kind::Stray, box, render, view);
+  }
+  if (count(Kind::InFront) > 0.0) {
+    evidence.stray_area_m2 =
+        std::max(evidence.stray_area_m2, broad_piece_m2(Kind::InFront, box, render, view));
   }
   std::size_t confirmed = 0;
   for (std::size_t i = 0; i < model.size; ++i) confirmed += confirmed_[i];

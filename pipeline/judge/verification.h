@@ -22,8 +22,8 @@ struct Evidence {
   double unknown = 0.0;       ///< no reading
   double matched_area_m2 = 0.0;
   double hole_area_m2 = 0.0;  ///< largest connected piece that is seen through
-  /// Largest piece along the model's edges, where single pixels are left out, that lies at a depth
-  /// which the model has nowhere near.
+  /// Largest piece at a depth that the model does not have there: along its edges, where single
+  /// pixels are left out; or of the object itself, or what lies against it, before the model.
   double stray_area_m2 = 0.0;
   std::uint32_t pixels = 0;  ///< counted: visible model, its rim left out
   double rmse_m = 0.0;       ///< point-to-plane, of matched pixels
@@ -66,7 +66,8 @@ class Verification {
     Rim,
     Stray,     ///< on the rim, and nowhere near what is predicted there
     LeftOver,  ///< see there
-    Piece,     ///< upper left of a square of one of those two
+    InFront,   ///< before the model, but no other thing
+    Piece,     ///< upper left of a square of one of those
     Matched,
     SeenThrough,
     Occluded,

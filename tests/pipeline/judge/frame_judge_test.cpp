@@ -194,6 +194,24 @@ TEST_F(FrameJudge, MixedPixelsAlongAnEdgeAreNoPieceAndAStripIs) {
   EXPECT_EQ(verify(truth_).stray_area_m2, 0.0);
 }
 
+TEST_F(FrameJudge, SomethingThatLiesOnThePartIsAPieceAndAnotherThingBeforeItIsNot) {
+  erase(150, 105, 170, 125, kBelt_m - 0.23);
+  const double pixel_m = (kBelt_m - 0.2) / kFocal_px;
+  EXPECT_NEAR(verify(truth_).stray_area_m2, 400 * pixel_m * pixel_m, 2 * pixel_m * pixel_m);
+  // As a label of its own, first a fragment, then large enough for a thing.
+  const auto again = [&](std::uint32_t things) {
+    label();
+    for (int v = 105; v < 125; ++v) {
+      for (int u = 150; u < 170; ++u) label_[static_cast<std::size_t>(v * kWidth + u)] = 2;
+    }
+    view_.things = things;
+    return verification_.verify(*model_, flat_, truth_, render_, view_, edges_, 0.004)
+        .stray_area_m2;
+  };
+  EXPECT_NEAR(again(1), 400 * pixel_m * pixel_m, 2 * pixel_m * pixel_m);
+  EXPECT_EQ(again(3), 0.0);
+}
+
 TEST_F(FrameJudge, WhatOfTheObjectLiesBesideAPoseIsLeftOver) {
   verify(truth_);
   const auto left_over_m2 = [&] {
