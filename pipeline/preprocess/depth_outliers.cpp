@@ -13,8 +13,8 @@ namespace {
 // Pixels of a row that are looked at in one comparison.
 constexpr int kStretch_px = 32;
 
-/// The depth of the surface that most of the eight neighbours lie on; 0 where fewer than
-/// `min_support` do, or two surfaces share them evenly.
+/// The depth of the surface that most of the eight neighbours lie on; 0 where the middle one does
+/// not lie between them, fewer than `min_support` do, or two surfaces share them evenly.
 std::uint16_t surface_beside(const std::uint16_t* const rows[3], const DepthGap& gap,
                              int min_support) noexcept {
   std::array<std::uint16_t, 8> depth{};  // in ascending order
@@ -26,6 +26,8 @@ std::uint16_t surface_beside(const std::uint16_t* const rows[3], const DepthGap&
     for (; k > 0 && depth[k - 1] > other; --k) depth[k] = depth[k - 1];
     depth[k] = other;
   }
+  const std::uint16_t own = rows[1][1];
+  if (count < 2 || own <= depth[0] || own >= depth[count - 1]) return 0;
   std::size_t most = 0;
   std::size_t second = 0;
   std::uint16_t middle = 0;

@@ -23,9 +23,9 @@ struct DepthOutlierParams {
 [[nodiscard]] FieldTable depth_outlier_fields() noexcept;
 
 /// Removes flying and grazing pixels: depth and label become 0. One that mixes two surfaces at an
-/// edge takes the depth of the surface that more of its neighbours lie on, where at least
-/// min_support do: left out, it would move the edge inwards, and only on the sides where the sensor
-/// reads both surfaces.
+/// edge, which lies between its neighbours in depth, takes the depth of the surface that more of
+/// its neighbours lie on, where at least min_support do: left out, it would move the edge inwards,
+/// and only on the sides where the sensor reads both surfaces.
 class DepthOutliers {
  public:
   explicit DepthOutliers(const DepthOutlierParams& params) noexcept : params_(params) {}

@@ -102,15 +102,16 @@ class HarrisAgainstPcl : public testing::TestWithParam<Case> {
     return params;
   }
 
+  // PCL sums products of unit vectors in single precision; so does the fast engine. Its smallest
+  // eigenvalue comes from the cubic's roots in single precision, good to about the root of its
+  // epsilon.
+  static double tolerance() { return GetParam().response == HarrisResponse::Tomasi ? 3e-4 : 2e-6; }
+
   void expect_equal_responses(Surface& surface, double radius_m) const {
     const Both both(surface, params(radius_m, false));
     ASSERT_EQ(both.theirs.size(), surface.size);
-    // PCL sums products of unit vectors in single precision; so does the fast engine. Its smallest
-    // eigenvalue comes from the cubic's roots in single precision, good to about the root of its
-    // epsilon.
-    const double tolerance = GetParam().response == HarrisResponse::Tomasi ? 3e-4 : 2e-6;
     for (std::size_t i = 0; i < surface.size; ++i) {
-      ASSERT_NEAR(both.detector.responses()[i], both.theirs[i].intensity, tolerance) << i;
+      ASSERT_NEAR(both.detector.responses()[i], both.theirs[i].intensity, tolerance()) << i;
     }
   }
 
@@ -123,9 +124,30 @@ class HarrisAgainstPcl : public testing::TestWithParam<Case> {
     std::set_intersection(ours.begin(), ours.end(), both.their_points.begin(),
                           both.their_points.end(), std::back_inserter(common));
     EXPECT_GE(common.size(), 5U);
-    // Two neighbours whose responses are equal to single precision may change places.
     const std::size_t most = std::max(ours.size(), both.their_points.size());
-    EXPECT_GE(common.size() + std::max<std::size_t>(2, most * 3 / 100), most);
+    EXPECT_GE(common.size() + std::max<std::size_t>(2, most / 20), most);
+    // Of points whose responses are equal to what they are good to, or that lie at the threshold,
+    // either may be the one.
+    std::vector<int> of_one;
+    std::set_symmetric_difference(ours.begin(), ours.end(), both.their_points.begin(),
+                                  both.their_points.end(), std::back_inserter(of_one));
+    for (const int point : of_one) {
+      EXPECT_TRUE(is_close_call(surface, both, static_cast<std::size_t>(point), radius_m)) << point;
+    }
+  }
+
+  static bool is_close_call(const Surface& surface, const Both& both, std::size_t point,
+                            double radius_m) {
+    const auto response = [&](std::size_t i) {
+      return static_cast<double>(both.detector.responses()[i]);
+    };
+    if (response(point) < 1e-4 + tolerance()) return true;
+    const auto reach_m = static_cast<float>(radius_m);
+    for (std::size_t i = 0; i < surface.size; ++i) {
+      if (i == point || (surface.point(i) - surface.point(point)).norm() > reach_m) continue;
+      if (std::fabs(response(i) - response(point)) <= 2.0 * tolerance()) return true;
+    }
+    return false;
   }
 };
 

@@ -114,6 +114,7 @@ std::size_t numbers_drawn(double confidence, int one_right_of, bool& found) {
   std::vector<Hypothesis> storage(8);
   Hypotheses hypotheses(storage);
   Pairs pairs(one_right_of);
+  const test::ArenaMemory memory([&](Arena& arena) { generator.reserve(arena, Limits{}); });
   pairs.source->spacing_m = pairs.target->spacing_m = 0.01;
   Rng rng(36);
   EXPECT_TRUE(generator.generate(pairs.view(), pairs.correspondences, rng, hypotheses).ok());

@@ -167,6 +167,21 @@ TEST(DepthOutliers, RemoveALonePixelBeforeWhatIsNotRead) {
   EXPECT_EQ(steps.work.depth.at(40, 40), 0);
 }
 
+TEST(DepthOutliers, RemoveALonePixelBeforeASurface) {
+  test::TestFrame frame(kWidth, kHeight, kFocal_px);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) frame.at(u, v) = 1000;
+  }
+  // It mixes nothing: what it is nobody knows.
+  frame.at(40, 40) = 700;
+  frame.at(80, 40) = 1300;
+  Steps steps;
+  ASSERT_TRUE(organize(frame.frame, {}, steps.work).ok());
+  EXPECT_EQ(steps.outliers.apply(steps.work), 2U);
+  EXPECT_EQ(steps.work.depth.at(40, 40), 0);
+  EXPECT_EQ(steps.work.depth.at(80, 40), 0);
+}
+
 TEST(Background, TaughtImageLeavesWhatStandsOnIt) {
   test::TestFrame empty(kWidth, kHeight, kFocal_px);
   empty.draw_plane(Vec3d(0.0, -0.3, -1.0).normalized(), 1.0, 0, 0, kWidth, kHeight);
