@@ -115,7 +115,7 @@ std::size_t filter_depth(CloudData& cloud, const std::string& method,
     if (work.depth_memory[i] == 0) {
       cloud.x[i] = cloud.y[i] = cloud.z[i] = std::numeric_limits<float>::quiet_NaN();
       ++removed;
-    } else if (median) {
+    } else if (median || work.depth_memory[i] != counts.count(cloud.z[i])) {
       set_depth(cloud, i, counts.depth_m(work.depth_memory[i]));
     }
   }

@@ -74,6 +74,20 @@ TEST(FlyingPixelFilter, RemovesAPointBetweenTwoSurfaces) {
   EXPECT_TRUE(std::isnan(cloud.z[lonely]));
 }
 
+TEST(FlyingPixelFilter, PutsAPointBetweenTwoSurfacesOnTheOneThatMostOfItsNeighboursLieOn) {
+  CloudData cloud = noisy_wall();
+  const std::size_t mixed = 15 * kWidth + 20;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const float z = i == mixed ? 2.0F : (i % kWidth < 20 ? 1.0F : 4.0F);
+    cloud.x[i] = static_cast<float>((static_cast<double>(i % kWidth) - 19.5) / 35.0) * z;
+    cloud.y[i] = static_cast<float>((static_cast<double>(i / kWidth) - 14.5) / 35.0) * z;
+    cloud.z[i] = z;
+  }
+  EXPECT_EQ(filter_depth(cloud, "flying_pixels", {}), 0U);
+  EXPECT_NEAR(cloud.z[mixed], 4.0F, 1e-4F);  // a count is 4 m / 65535
+  EXPECT_NEAR(cloud.x[mixed], 0.5F / 35.0F * 4.0F, 1e-5F);
+}
+
 TEST(DepthFilters, RefuseACloudWithoutGridAndAnUnknownKey) {
   CloudData cloud = noisy_wall();
   EXPECT_THROW(filter_depth(cloud, "median", {"windw=5"}), InputError);
