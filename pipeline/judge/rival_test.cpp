@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "base/assert.h"
 #include "pipeline/kernels/nearer_row.h"
@@ -84,12 +83,9 @@ Contrast RivalTest::against(const ModelRender& second, const DepthView& view,
         sides_.data() + static_cast<std::ptrdiff_t>(v - box.v0) * box.width();
     for (int u = box.u0 + rim; u < box.u1 - rim; ++u) {
       const std::int8_t* const at = row + (u - box.u0);
-      if (std::uint64_t eight = 0; u + 8 <= box.u1) {
-        std::memcpy(&eight, at, sizeof eight);
-        if (eight == 0) {
-          u += 7;
-          continue;
-        }
+      if (u + 8 <= box.u1 && eight_labels(reinterpret_cast<const std::uint8_t*>(at)) == 0) {
+        u += 7;
+        continue;
       }
       const std::int8_t side = *at;
       if (side == 0) continue;

@@ -47,7 +47,8 @@ std::uint16_t surface_beside(const std::uint16_t* const rows[3], const DepthGap&
 
 FieldTable depth_outlier_fields() noexcept {
   static constexpr std::array kFields = {
-      bool_field<&DepthOutlierParams::enabled>("enabled", "remove flying and grazing pixels"),
+      bool_field<&DepthOutlierParams::enabled>(
+          "enabled", "remove flying and grazing pixels, put mixed ones on a surface"),
       number_field<&DepthOutlierParams::min_support>(
           "min_support", "", 0, 8, "of the eight neighbours, how many must lie on the surface"),
   };
