@@ -29,6 +29,10 @@ namespace {
 
 static_assert(kernels::kWeightedLength == 40);
 
+/// Points near a block for each that is near one of its points, at the most; where there are more,
+/// its points are looked at one by one.
+constexpr std::size_t kNearABlock = 4;
+
 /// Scales each third of the row to a sum of 100.
 template <class Real>
 void normalise_thirds(std::span<const Real> sums, std::span<float> row) noexcept {
@@ -68,7 +72,10 @@ void FpfhEstimator::reserve(Arena& arena, const Limits& limits) {
   for (std::span<std::int32_t>* list : {&keypoint_of_point_, &row_at_, &keypoint_of_, &others_}) {
     *list = arena.take<std::int32_t>(points);
   }
-  bins_ = arena.take<std::int32_t>(max_neighbours_ + 8);
+  const std::size_t near = std::min(kNearABlock * max_neighbours_, points);
+  bins_ = arena.take<std::int32_t>(std::max(kernels::kBlock * near, max_neighbours_ + 8));
+  near_.position = arena.take<std::int32_t>(near);
+  near_.squared_m2 = arena.take<float>(kernels::kBlock * near);
   if (params_.engine == Engine::Reference) {
     plain_sums_ = arena.take<double>(std::max(points, limits.max_keypoints) * kDimension);
   }
@@ -110,25 +117,10 @@ std::size_t FpfhEstimator::rows_around(const Neighbourhood& around) noexcept {
 void FpfhEstimator::count_fast(std::size_t position,
                                std::span<const std::int32_t> others) noexcept {
   kernels::pair_bins(points_.data(), static_cast<std::int32_t>(position), others, bins_.data());
-  // Neighbouring pairs fall into the same bins: counting in turn into two tables keeps one count
-  // from waiting for the last. Pairs without features fall behind the last bin.
-  using Table = std::array<std::uint32_t, kDimension + 1>;
-  std::array<Table, 2> tables{};
-  const auto count = [](std::int32_t bins, Table& table) {
-    const auto packed = static_cast<std::uint32_t>(bins);
-    ++table[packed & 0xff];
-    ++table[packed >> 8 & 0xff];
-    ++table[packed >> 16];
-  };
-  std::size_t i = 0;
-  for (; i + 2 <= others.size(); i += 2) {
-    count(bins_[i], tables[0]);
-    count(bins_[i + 1], tables[1]);
-  }
-  if (i < others.size()) count(bins_[i], tables[0]);
-  for (std::size_t bin = 0; bin < kDimension; ++bin) {
-    histogram_[bin] = static_cast<float>(tables[0][bin] + tables[1][bin]);
-  }
+  counts_[0].fill(0);
+  kernels::count_bins(bins_.data(), others.size(), counts_[0]);
+  std::ranges::transform(counts_[0], histogram_.begin(),
+                         [](std::uint32_t count) { return static_cast<float>(count); });
 }
 
 void FpfhEstimator::count_plain(std::size_t position,
@@ -243,6 +235,35 @@ void FpfhEstimator::finish_rows(std::span<const Keypoint> keypoints,
   }
 }
 
+bool FpfhEstimator::add_block(const kernels::BlockOfPoints& block,
+                              FeatureMatrix& features) noexcept {
+  if (!search_.near_block(block, radius_m_, near_)) return false;
+  const auto most = static_cast<std::size_t>(*std::ranges::max_element(near_.of));
+  if (most > max_neighbours_) return false;
+  const std::span<const std::int32_t> positions = near_.position.first(near_.size);
+  const bool any = std::ranges::any_of(positions, [&](std::int32_t position) {
+    return row_at_[static_cast<std::size_t>(position)] >= 0;
+  });
+  if (!any) return true;
+  kernels::count_block_pairs(points_.data(), block, near_, bins_, counts_);
+  for (std::size_t lane = 0; lane < counts_.size(); ++lane) {
+    const std::int32_t pairs = near_.of[lane] - 1;
+    const float increment = pairs > 0 ? 100.0F / static_cast<float>(pairs) : 0.0F;
+    for (std::size_t bin = 0; bin < kDimension; ++bin) {
+      block_rows_[lane][bin] = static_cast<float>(counts_[lane][bin]) * increment;
+    }
+  }
+  kernels::add_block_rows(block_rows_, near_, row_at_.data(), features.stride,
+                          features.values.data());
+  return true;
+}
+
+void FpfhEstimator::add_point(std::size_t position, FeatureMatrix& features) noexcept {
+  const Neighbourhood around = search_.near_position(position, radius_m_);
+  const std::size_t count = rows_around(around);
+  if (count > 0 && simplify(position, around)) add_to_rows(count, features);
+}
+
 Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint> keypoints,
                                FeatureMatrix& features) noexcept {
   const Result<float> radius_m = begin_description(
@@ -257,10 +278,12 @@ Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint>
     std::fill_n(plain_sums_.begin(), keypoints.size() * kDimension, 0.0);
   }
   arrange(surface, keypoints);
-  for (std::size_t position = 0; position < surface.size; ++position) {
-    const Neighbourhood around = search_.near_position(position, radius_m_);
-    const std::size_t count = rows_around(around);
-    if (count > 0 && simplify(position, around)) add_to_rows(count, features);
+  const bool by_blocks = params_.engine == Engine::Fast && all_normals_;
+  for (std::size_t position = 0; position < surface.size;) {
+    const kernels::BlockOfPoints block = search_.block_from(position, radius_m_);
+    const std::size_t end = position + static_cast<std::size_t>(block.count);
+    if (by_blocks && add_block(block, features)) position = end;
+    for (; position < end; ++position) add_point(position, features);
   }
   finish_rows(keypoints, features);
   return {};

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "base/field.h"
-#include "pipeline/kernels/pair_features.h"
+#include "pipeline/kernels/block_pairs.h"
 #include "pipeline/neighbours/neighbour_search.h"
 #include "pipeline/stage.h"
 
@@ -27,7 +27,9 @@ struct FpfhParams {
 /// own is left out, each third is scaled to a sum of 100.
 ///
 /// Every point is visited once: its simplified histogram goes at once to the keypoints around it,
-/// so that one search a point is enough and no simplified histogram is stored.
+/// so that one search is enough and no simplified histogram is stored. Points that lie together are
+/// worked on together, a lane each, unless one of them has so many neighbours that they are
+/// thinned.
 class FpfhEstimator final : public DescriptorEstimator {
  public:
   static constexpr std::size_t kBins = 11;
@@ -51,6 +53,11 @@ class FpfhEstimator final : public DescriptorEstimator {
     const float* normal = points_.data() + position * kernels::kOrientedRow + 3;
     return normal[0] != 0.0F || normal[1] != 0.0F || normal[2] != 0.0F;
   }
+  /// Adds what a block's points say to the rows around them; false where some must be looked at one
+  /// by one.
+  [[nodiscard]] bool add_block(const kernels::BlockOfPoints& block,
+                               FeatureMatrix& features) noexcept;
+  void add_point(std::size_t position, FeatureMatrix& features) noexcept;
   /// The rows around a point and their weights. Returns how many.
   std::size_t rows_around(const Neighbourhood& around) noexcept;
   /// Fills histogram_ (or plain_) of the point at a position; false when it has no pairs.
@@ -78,6 +85,9 @@ class FpfhEstimator final : public DescriptorEstimator {
   std::span<std::int32_t> others_, bins_, rows_;
   std::span<float> weights_;
   std::array<float, 40> histogram_{};  // 33 bins, padded for the weighted sum
+  kernels::NearBlock near_;
+  std::array<kernels::PairBinCounts, kernels::kBlock> counts_{};
+  kernels::BlockRows block_rows_{};
   std::array<double, kDimension> plain_{};
   std::span<double> plain_sums_;  // a row a keypoint; reference engine only
 };

@@ -17,17 +17,18 @@ struct OrientedPlanes {
 };
 
 inline constexpr int kPairBins = 11;  ///< of each of the three features
-/// A pair without features: coincident points, or the line between them along the normal.
-inline constexpr std::int32_t kNoPair = 3 * kPairBins * 0x010101;
+/// A pair without features: coincident points, or the line between them along the normal. No byte
+/// of it is a bin.
+inline constexpr std::int32_t kNoPair = kPairBins * 0x010101;
 
 /// Elements of a point stored as one row: x, y, z, nx, ny, nz and two unused. Eight scattered rows
 /// are faster to fetch than six elements each from eight places of six planes.
 inline constexpr std::size_t kOrientedRow = 8;
 
 /// Bins of the three angular pair features (Rusu 2009, eq. 3; PCL's computePairFeatures) between
-/// point `point_i` and each of `others`: f1 bin | f2 bin << 8 | f3 bin << 16, or kNoPair, where
-/// f2's bins follow f1's and f3's follow f2's. f1 is the angle about v, f2 and f3 are cosines.
-/// `points` are rows of kOrientedRow; `bins` holds others.size() + 8 entries.
+/// point `point_i` and each of `others`: f1 bin | f2 bin << 8 | f3 bin << 16, or kNoPair. f1 is the
+/// angle about v, f2 and f3 are cosines. `points` are rows of kOrientedRow; `bins` holds
+/// others.size() + 8 entries, and behind the last up to seven become kNoPair.
 void pair_bins(const float* points, std::int32_t point_i, std::span<const std::int32_t> others,
                std::int32_t* bins) noexcept;
 

@@ -160,7 +160,7 @@ void pair_bins(const float* points, std::int32_t point_i, std::span<const std::i
   for (std::size_t i = 0; i < others.size(); ++i) {
     const Bins b = bins_of_pair(triple(point_i, 0), triple(point_i, 3), triple(others[i], 0),
                                 triple(others[i], 3), kPairBins);
-    bins[i] = b.none ? kNoPair : b.f1 | (kPairBins + b.f2) << 8 | (2 * kPairBins + b.f3) << 16;
+    bins[i] = b.none ? kNoPair : b.f1 | b.f2 << 8 | b.f3 << 16;
   }
 }
 

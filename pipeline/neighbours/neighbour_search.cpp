@@ -96,14 +96,14 @@ class Batches {
 }  // namespace
 
 template <class Use>
-void NeighbourSearch::for_ranges(const Vec3f& place, float radius_m,
+void NeighbourSearch::for_ranges(const Corners& corners, float radius_m,
                                  const Use& use) const noexcept {
   if (!on_grid_) {
-    for_rows(cells_.box(place, radius_m), use);
+    for_rows(cells_.box(corners.low, corners.high, radius_m), use);
     return;
   }
   Batches batches(use);
-  const WindowIndex::Window window = window_.window(place, radius_m);
+  const WindowIndex::Window window = window_.window(corners.low, corners.high, radius_m);
   for (int row = window.top; row <= window.bottom; ++row) batches.add(window_.stretch(window, row));
   batches.flush();
 }
@@ -124,7 +124,7 @@ std::size_t NeighbourSearch::select(const Vec3f& place, float radius_m) noexcept
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
   std::size_t found = 0;
-  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
+  for_ranges({place, place}, radius_m, [&](std::span<const PointRange> ranges) {
     found += kernels::select_within(points, ranges, sphere, index_.data() + found,
                                     squared_m2_.data() + found);
   });
@@ -151,7 +151,7 @@ kernels::SphereMoments NeighbourSearch::moments(std::size_t point_i,
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), radius_m * radius_m};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
   kernels::PartialMoments partial{};
-  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
+  for_ranges({place, place}, radius_m, [&](std::span<const PointRange> ranges) {
     kernels::add_sphere_moments(points, ranges, sphere, partial);
   });
   return kernels::fold(partial);
@@ -174,20 +174,38 @@ kernels::BlockOfPoints NeighbourSearch::block_from(std::size_t position,
   return {static_cast<std::int32_t>(position), static_cast<std::int32_t>(count)};
 }
 
+NeighbourSearch::Corners NeighbourSearch::corners(
+    const kernels::BlockOfPoints& block) const noexcept {
+  const auto first = static_cast<std::size_t>(block.first);
+  Corners around{Vec3f(x_[first], y_[first], z_[first]), Vec3f(x_[first], y_[first], z_[first])};
+  for (std::size_t i = first + 1; i < first + static_cast<std::size_t>(block.count); ++i) {
+    const Vec3f p(x_[i], y_[i], z_[i]);
+    around.low = around.low.cwiseMin(p);
+    around.high = around.high.cwiseMax(p);
+  }
+  return around;
+}
+
+bool NeighbourSearch::near_block(const kernels::BlockOfPoints& block, float radius_m,
+                                 kernels::NearBlock& near) const noexcept {
+  GRAPNEL_ASSERT(surface_ != nullptr);
+  near.size = 0;
+  near.of.fill(0);
+  const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
+  bool fits = true;
+  for_ranges(corners(block), radius_m, [&](std::span<const PointRange> ranges) {
+    fits = fits && kernels::add_near_block(points, block, ranges, radius_m * radius_m, near);
+  });
+  return fits;
+}
+
 void NeighbourSearch::block_moments(const kernels::BlockOfPoints& block, float radius_m,
                                     float (*sums)[kernels::kBlock]) const noexcept {
   GRAPNEL_ASSERT(surface_ != nullptr && !on_grid_);
-  const auto first = static_cast<std::size_t>(block.first);
-  Vec3f low(x_[first], y_[first], z_[first]);
-  Vec3f high = low;
-  for (std::size_t i = first + 1; i < first + static_cast<std::size_t>(block.count); ++i) {
-    const Vec3f p(x_[i], y_[i], z_[i]);
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
+  const Corners around = corners(block);
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
   std::fill_n(&sums[0][0], kernels::kWindowSums * kernels::kBlock, 0.0F);
-  for_rows(cells_.box(low, high, radius_m), [&](std::span<const PointRange> ranges) {
+  for_rows(cells_.box(around.low, around.high, radius_m), [&](std::span<const PointRange> ranges) {
     float part[kernels::kWindowSums][kernels::kBlock];
     kernels::block_scatter(points, block, ranges, radius_m * radius_m, true, part);
     for (int k = 0; k < kernels::kWindowSums; ++k) {
@@ -213,7 +231,7 @@ bool NeighbourSearch::exceeded(std::size_t position, float radius_m,
   const kernels::Sphere sphere{place.x(), place.y(), place.z(), squared};
   const kernels::PointPlanes points{x_.data(), y_.data(), z_.data()};
   bool found = false;
-  for_ranges(place, radius_m, [&](std::span<const PointRange> ranges) {
+  for_ranges({place, place}, radius_m, [&](std::span<const PointRange> ranges) {
     found = found || kernels::exceeded_within(points, values, ranges, sphere, own);
   });
   return found;

@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/error.h"
+#include "pipeline/kernels/block_pairs.h"
 #include "pipeline/kernels/block_sums.h"
 #include "pipeline/kernels/window_sums.h"
 #include "pipeline/limits.h"
@@ -62,6 +63,11 @@ class NeighbourSearch {
   void block_moments(const kernels::BlockOfPoints& block, float radius_m,
                      float (*sums)[kernels::kBlock]) const noexcept;
 
+  /// The points within `radius_m` of each of a block's points, as positions; false where `near` has
+  /// no room for them.
+  [[nodiscard]] bool near_block(const kernels::BlockOfPoints& block, float radius_m,
+                                kernels::NearBlock& near) const noexcept;
+
   /// Whether a point within `radius_m` of the point at a position of the search's order has a
   /// larger value than it; `values` in that order with kernels::kSlack elements behind. Stops at
   /// the first one.
@@ -83,12 +89,18 @@ class NeighbourSearch {
   [[nodiscard]] double grid_slack_px() const noexcept { return window_.slack_px(); }
 
  private:
+  struct Corners {
+    Vec3f low, high;
+  };
+  /// Of a block's points.
+  [[nodiscard]] Corners corners(const kernels::BlockOfPoints& block) const noexcept;
   void copy_points(const Surface& surface) noexcept;
   /// Positions in the sphere, left in index_ with their squared distances. Returns their number.
   std::size_t select(const Vec3f& place, float radius_m) noexcept;
-  /// Stretches of points that may lie in the sphere, in batches to `use(span of PointRange)`.
+  /// Stretches of points that may lie within the radius of a place between two corners, in batches
+  /// to `use(span of PointRange)`.
   template <class Use>
-  void for_ranges(const Vec3f& place, float radius_m, const Use& use) const noexcept;
+  void for_ranges(const Corners& corners, float radius_m, const Use& use) const noexcept;
   /// The same of a box of cells.
   template <class Use>
   void for_rows(const CellIndex::Box& box, const Use& use) const noexcept;

@@ -60,32 +60,38 @@ bool WindowIndex::build(const Surface& surface) noexcept {
   return slack_px_ <= kMaxSlackPx;
 }
 
-WindowIndex::Window WindowIndex::window(const Vec3f& place, float radius_m) const noexcept {
+WindowIndex::Window WindowIndex::window(const Vec3f& low, const Vec3f& high,
+                                        float radius_m) const noexcept {
   Window all{0, width_ - 1, 0, height_ - 1};
   const double r = static_cast<double>(radius_m) * 1.000001;
-  const double near_z = static_cast<double>(place.z()) - r;
-  const double far_z = static_cast<double>(place.z()) + r;
+  const double near_z = static_cast<double>(low.z()) - r;
+  const double far_z = static_cast<double>(high.z()) + r;
   if (far_z <= 0.0) return {};
   if (near_z <= 0.0) return all;
-  // The box around the sphere, seen from the camera: its extreme rays pass its near or far corners.
+  // The box around the spheres, seen from the camera: its extreme rays pass its near or far
+  // corners.
   const double slack = static_cast<double>(slack_px_) + 0.01;
-  const auto lowest = [&](double low) { return low / (low < 0.0 ? near_z : far_z); };
-  const auto highest = [&](double high) { return high / (high > 0.0 ? near_z : far_z); };
-  const double x = static_cast<double>(place.x());
-  const double y = static_cast<double>(place.y());
+  const auto lowest = [&](float side) {
+    const double least = static_cast<double>(side) - r;
+    return least / (least < 0.0 ? near_z : far_z);
+  };
+  const auto highest = [&](float side) {
+    const double most = static_cast<double>(side) + r;
+    return most / (most > 0.0 ? near_z : far_z);
+  };
   Window window;
-  window.left = std::max(0, clamped_pixel(std::floor(static_cast<double>(fx_) * lowest(x - r) +
+  window.left = std::max(0, clamped_pixel(std::floor(static_cast<double>(fx_) * lowest(low.x()) +
                                                      static_cast<double>(cx_) - slack),
                                           width_));
   window.right =
-      std::min(width_ - 1, clamped_pixel(std::ceil(static_cast<double>(fx_) * highest(x + r) +
+      std::min(width_ - 1, clamped_pixel(std::ceil(static_cast<double>(fx_) * highest(high.x()) +
                                                    static_cast<double>(cx_) + slack),
                                          width_));
-  window.top = std::max(0, clamped_pixel(std::floor(static_cast<double>(fy_) * lowest(y - r) +
+  window.top = std::max(0, clamped_pixel(std::floor(static_cast<double>(fy_) * lowest(low.y()) +
                                                     static_cast<double>(cy_) - slack),
                                          height_));
   window.bottom =
-      std::min(height_ - 1, clamped_pixel(std::ceil(static_cast<double>(fy_) * highest(y + r) +
+      std::min(height_ - 1, clamped_pixel(std::ceil(static_cast<double>(fy_) * highest(high.y()) +
                                                     static_cast<double>(cy_) + slack),
                                           height_));
   if (window.left > window.right) return {};

@@ -24,7 +24,11 @@ class WindowIndex {
   struct Window {
     int left = 0, right = -1, top = 0, bottom = -1;  ///< inclusive
   };
-  [[nodiscard]] Window window(const Vec3f& place, float radius_m) const noexcept;
+  [[nodiscard]] Window window(const Vec3f& place, float radius_m) const noexcept {
+    return window(place, place, radius_m);
+  }
+  /// The same of any place between two corners.
+  [[nodiscard]] Window window(const Vec3f& low, const Vec3f& high, float radius_m) const noexcept;
   [[nodiscard]] PointRange stretch(const Window& window, int row) const noexcept {
     const std::int32_t* before = before_.data() + static_cast<std::ptrdiff_t>(row) * width_;
     return {before[window.left], before[window.right + 1]};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -100,6 +101,33 @@ TEST(Fpfh, GivesTheSameBitsOnEveryTarget) {
     EXPECT_EQ(std::memcmp(first.data(), values.data(), first.size() * sizeof(float)), 0) << target;
   }
   ASSERT_TRUE(kernels::force_target(""));
+}
+
+TEST(Fpfh, OfPointsTogetherHasTheBitsOfEachAlone) {
+  test::OwnedSurface ball = ball_with_normals();
+  const std::vector<Keypoint> keypoints = every(7, ball->size);
+  Described together;
+  ASSERT_TRUE(together.fpfh.describe(*ball, keypoints, together.features).ok());
+  // One point without a normal, far behind the others: each must look which of its own have one.
+  test::OwnedSurface more(ball->size + 1, 0);
+  more->size = ball->size + 1;
+  more->spacing_m = ball->spacing_m;
+  for (std::size_t i = 0; i <= ball->size; ++i) {
+    const std::size_t from = std::min(i, ball->size - 1);
+    more->x[i] = ball->x[from];
+    more->y[i] = ball->y[from];
+    more->z[i] = ball->z[from];
+    if (i == ball->size) continue;
+    more->nx[i] = ball->nx[from];
+    more->ny[i] = ball->ny[from];
+    more->nz[i] = ball->nz[from];
+  }
+  more->x[ball->size] = 0.5F;
+  more->y[ball->size] = 0.5F;
+  more->z[ball->size] = 0.5F;
+  Described alone;
+  ASSERT_TRUE(alone.fpfh.describe(*more, keypoints, alone.features).ok());
+  EXPECT_EQ(together.values(keypoints.size()), alone.values(keypoints.size()));
 }
 
 TEST(Fpfh, DoesNotChangeWhenTheSurfaceMoves) {

@@ -127,6 +127,40 @@ TEST(NeighbourSearch, FindsTheNearestInOrderOfDistance) {
   }
 }
 
+TEST(NeighbourSearch, FindsWhatIsNearABlockAsNearEachOfItsPoints) {
+  test::OwnedSurface grid = test::wavy_grid(60, 50, 12);
+  test::OwnedSurface cloud = test::random_cloud(1500, 1.0, 13);
+  std::vector<std::int32_t> position(grid->size + cloud->size);
+  std::vector<float> squared_m2(position.size() * kernels::kBlock);
+  kernels::NearBlock near;
+  near.position = position;
+  near.squared_m2 = squared_m2;
+  for (Surface* surface : {&*grid, &*cloud}) {
+    Search s;
+    ASSERT_TRUE(s.search.build(*surface, 0.1).ok());
+    EXPECT_EQ(s.search.uses_grid(), surface == &*grid);
+    // The largest one looks into more rows of cells than are handed on at once.
+    for (const float radius : {0.0F, 0.03F, 0.1F, 0.5F}) {
+      for (std::size_t first = 0; first < surface->size;) {
+        const kernels::BlockOfPoints block = s.search.block_from(first, radius);
+        ASSERT_TRUE(s.search.near_block(block, radius, near));
+        for (std::size_t lane = 0; lane < static_cast<std::size_t>(block.count); ++lane) {
+          std::vector<std::int32_t> found;
+          for (std::size_t i = 0; i < near.size; ++i) {
+            if (squared_m2[i * kernels::kBlock + lane] != kernels::kOutside) {
+              found.push_back(position[i]);
+            }
+          }
+          const Neighbourhood alone = s.search.near_position(first + lane, radius);
+          ASSERT_EQ(found, std::vector(alone.index.begin(), alone.index.end()));
+          ASSERT_EQ(static_cast<std::size_t>(near.of[lane]), found.size());
+        }
+        first += static_cast<std::size_t>(block.count);
+      }
+    }
+  }
+}
+
 TEST(NeighbourSearch, SumsASphereInABlockAsBruteForce) {
   test::OwnedSurface cloud = test::random_cloud(1500, 1.0, 11);
   Search s;
