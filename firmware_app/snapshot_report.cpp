@@ -52,6 +52,7 @@ void add_object(Lines& lines, const RegistrationReport& object) {
     lines.add("reason", name_of(reason.check), reason.measured, reason.limit);
   }
   if (object.has_pose) lines.add("target_from_source", object.target_from_source.matrix());
+  if (object.has_rival) lines.add("target_from_rival", object.target_from_rival.matrix());
   if (object.surface_grasp) lines.add("target_from_grasp", object.target_from_grasp.matrix());
   lines.add("fit", object.fitness, object.rmse_m, object.coverage);
   lines.add("view", object.free_space_violation, object.occluded, object.unknown);

@@ -29,7 +29,13 @@ void FrameJob::judge(std::size_t model_i, double floor_m, RegistrationReport& re
     report.iterations = best.refined.iterations;
     report.converged = best.refined.converged;
     findings.evidence = best.evidence;
-    findings.margin = s_.search.margin(model);
+    const Margin margin = s_.search.margin(model);
+    findings.margin = margin.value;
+    report.has_rival =
+        margin.rival != nullptr && margin.value < s_.stages.params.verdict.min_margin;
+    if (report.has_rival) {
+      report.target_from_rival = canonical_pose(*margin.rival, s_.grasp[model_i], model.symmetry);
+    }
     const MeasuredObject object = measured();
     look_at_mirror(model, floor_m, findings);
     s_.search.show_best(model, object);

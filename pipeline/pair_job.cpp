@@ -323,17 +323,18 @@ ReadingErrors PairJob::reading_errors(const Surface& target, double z_m,
   return errors;
 }
 
-double PairJob::margin() const noexcept {
-  if (p_.candidates.empty() || !(p_.candidates[0].worth > 0.0)) return 0.0;
+Margin PairJob::margin() const noexcept {
+  if (p_.candidates.empty() || !(p_.candidates[0].worth > 0.0)) return {0.0, nullptr};
   for (std::size_t i = 1; i < p_.candidates.size(); ++i) {
     if (!distinct(p_.candidates[i].refined.target_from_source,
                   p_.candidates[0].refined.target_from_source)) {
       continue;
     }
-    return 1.0 - std::max(0.0, p_.candidates[i].worth) / p_.candidates[0].worth;
+    return {1.0 - std::max(0.0, p_.candidates[i].worth) / p_.candidates[0].worth,
+            &p_.candidates[i].refined.target_from_source};
   }
   const bool looked_for = context_.has_initial || p_.proposed.size() >= kFewestProposals;
-  return looked_for ? 1.0 : 0.0;
+  return {looked_for ? 1.0 : 0.0, nullptr};
 }
 
 void PairJob::judge(const Surface& source, const Surface& target,
@@ -351,7 +352,10 @@ void PairJob::judge(const Surface& source, const Surface& target,
     report.converged = best.refined.converged;
     findings.forward = best.forward;
     findings.back = best.back;
-    findings.margin = margin();
+    const Margin ahead = margin();
+    findings.margin = ahead.value;
+    report.has_rival = ahead.rival != nullptr && ahead.value < s_.stages.params.overlap.min_margin;
+    if (report.has_rival) report.target_from_rival = *ahead.rival;
     const bool cameras = source.has_viewpoint && target.has_viewpoint;
     const double z_m = cameras ? (pose * centre_ - target.viewpoint.cast<double>()).norm() : 0.0;
     const double sigma_m =

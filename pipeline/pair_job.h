@@ -7,6 +7,7 @@
 #include "base/rng.h"
 #include "pipeline/judge/covariance.h"
 #include "pipeline/judge/overlap.h"
+#include "pipeline/margin.h"
 #include "pipeline/registrar_state.h"
 
 namespace grapnel {
@@ -34,7 +35,7 @@ class PairJob {
                                            double spacing_m,
                                            const Pose& target_from_source) noexcept;
   [[nodiscard]] bool distinct(const Pose& a, const Pose& b) const noexcept;
-  [[nodiscard]] double margin() const noexcept;
+  [[nodiscard]] Margin margin() const noexcept;
   [[nodiscard]] ReadingErrors reading_errors(const Surface& target, double z_m,
                                              double sigma_m) const noexcept;
   [[nodiscard]] PoseScore rating(double tolerance_m) const noexcept;

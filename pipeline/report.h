@@ -95,6 +95,9 @@ struct RegistrationReport {
   bool has_pose = false;
   bool surface_grasp = false;                 ///< not accepted, but the object's top offers a grasp
   Pose target_from_grasp = Pose::Identity();  ///< that grasp: z into the surface
+  /// The pose that it can't be told from, where that is why it is rejected (Check::Margin).
+  bool has_rival = false;
+  Pose target_from_rival = Pose::Identity();
   double fitness = 0.0;   ///< matched share of the visible model where there is a reading, 0…1
   double rmse_m = 0.0;    ///< point-to-plane, of the matched samples
   double coverage = 0.0;  ///< share of the whole model confirmed (pairs: overlap), 0…1

@@ -15,6 +15,7 @@
 #include "pipeline/judge/rival_test.h"
 #include "pipeline/judge/verification.h"
 #include "pipeline/limits.h"
+#include "pipeline/margin.h"
 #include "pipeline/model_index.h"
 #include "pipeline/refine/contour_fit.h"
 #include "pipeline/stage.h"
@@ -84,7 +85,7 @@ class ObjectSearch {
   [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }
   /// From the best candidate to the nearest distinct one, 0…1: 1 - S2/S1, or how surely the
   /// surface where the two differ tells them apart, whichever is more; 1 when there is no other.
-  [[nodiscard]] double margin(const ModelIndex& model) const noexcept;
+  [[nodiscard]] Margin margin(const ModelIndex& model) const noexcept;
   /// From the best candidate to the model's mirror image where that comes nearest to it, 0…1, as
   /// margin(); 1 where the model has none. O(mirrored siblings × pixels of the model).
   [[nodiscard]] double mirror_margin(const ModelIndex& model, const MeasuredObject& object,
@@ -116,8 +117,29 @@ class ObjectSearch {
                                      const Pose& pose, double floor_m) noexcept;
   void verify_pose(const ModelIndex& model, const MeasuredObject& object,
                    const RefinedPose& refined, double floor_m) noexcept;
-  /// The best pose's siblings: a nearly symmetric part must be called ambiguous, not wrong.
-  void try_siblings(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
+  /// Renders the best candidate into rivals_, for contrast_to().
+  void keep_best_picture(const ModelIndex& model, const MeasuredObject& object) noexcept;
+  /// What the measurement says of the best candidate against another pose.
+  [[nodiscard]] Contrast contrast_to(const ModelIndex& model, const MeasuredObject& object,
+                                     const Pose& rival) noexcept;
+
+  /// A sibling of the best pose as it stands, and its worth at first sight.
+  struct Sighting {
+    Pose pose = Pose::Identity();
+    double worth = 0.0;
+  };
+  using Sightings = InlineList<Sighting, ModelIndex::kSiblings>;
+  /// The best pose's siblings that are not out of the question.
+  [[nodiscard]] Sightings sight_siblings(const ModelIndex& model, double floor_m) noexcept;
+  /// Whether the readings don't tell the best pose from a sibling, nor speak for another one: then
+  /// that sibling becomes a candidate and nobody need look further. Asked before they are refined,
+  /// which may lead a sibling away from where it looks alike.
+  [[nodiscard]] bool looks_like_best(const ModelIndex& model, const MeasuredObject& object,
+                                     const Sightings& sightings) noexcept;
+  /// Makes candidates of the siblings, but those that the readings refute: a nearly symmetric part
+  /// must be called ambiguous, not wrong.
+  void refine_siblings(const ModelIndex& model, const MeasuredObject& object,
+                       const Sightings& sightings, double floor_m) noexcept;
   /// Compares the best with its near rivals where they differ; a rival that fits better there
   /// takes its place.
   void test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept;
@@ -145,6 +167,7 @@ class ObjectSearch {
   DepthView glance_view_;
   MeasuredObject glanced_;  ///< the object, as first looks see it
   bool hopeless_ = false;   ///< no pose meets even half of what it should
+  double dismissed_ = 1.0;  ///< how surely the best is told from siblings that fell out
   Hypotheses proposed_;
   Hypotheses settled_;
   FixedList<Candidate> candidates_;

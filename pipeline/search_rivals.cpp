@@ -22,9 +22,22 @@ constexpr double kAttached = 0.05;
 
 void ObjectSearch::tell_apart(const ModelIndex& model, const MeasuredObject& object, double floor_m,
                               double least_worth) noexcept {
+  dismissed_ = 1.0;
   if (hopeless_ || candidates_.empty() || candidates_[0].worth < least_worth) return;
-  if (params_.siblings) try_siblings(model, object, floor_m);
   test_rivals(model, object);
+  if (!params_.siblings) return;
+  for (const bool first : {true, false}) {
+    const Pose asked = candidates_[0].refined.target_from_source;
+    const Sightings sightings = sight_siblings(model, floor_m);
+    if (sightings.empty()) return;
+    keep_best_picture(model, object);
+    if (looks_like_best(model, object, sightings) || !first) return;
+    refine_siblings(model, object, sightings, floor_m);
+    test_rivals(model, object);
+    // A sibling has taken its place: what looks like that one?
+    const Pose& now = candidates_[0].refined.target_from_source;
+    if (!distinct(model, now, asked, params_.distinct_ratio)) return;
+  }
 }
 
 void ObjectSearch::test_rivals(const ModelIndex& model, const MeasuredObject& object) noexcept {
@@ -43,13 +56,9 @@ bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject
                   params_.distinct_ratio)) {
       continue;
     }
-    if (!kept) {
-      render_.render(model.fine, best.refined.target_from_source, *object.view);
-      rivals_.keep(render_);
-      kept = true;
-    }
-    render_.render(model.fine, rival.refined.target_from_source, *object.view);
-    const Contrast contrast = rivals_.against(render_, *object.view, object.shared_px);
+    if (!kept) keep_best_picture(model, object);
+    kept = true;
+    const Contrast contrast = contrast_to(model, object, rival.refined.target_from_source);
     if (contrast.gain < 0.0 && rival.worth >= kEqual * best.worth) {
       candidates_[0] = rival;
       rival = best;
@@ -60,32 +69,80 @@ bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject
   return false;
 }
 
-void ObjectSearch::try_siblings(const ModelIndex& model, const MeasuredObject& object,
-                                double floor_m) noexcept {
-  const Pose best = candidates_[0].refined.target_from_source;
-  const double best_worth = candidates_[0].worth;
+void ObjectSearch::keep_best_picture(const ModelIndex& model,
+                                     const MeasuredObject& object) noexcept {
+  render_.render(model.fine, candidates_[0].refined.target_from_source, *object.view);
+  rivals_.keep(render_);
+}
+
+Contrast ObjectSearch::contrast_to(const ModelIndex& model, const MeasuredObject& object,
+                                   const Pose& rival) noexcept {
+  render_.render(model.fine, rival, *object.view);
+  return rivals_.against(render_, *object.view, object.shared_px);
+}
+
+ObjectSearch::Sightings ObjectSearch::sight_siblings(const ModelIndex& model,
+                                                     double floor_m) noexcept {
+  const Candidate& best = candidates_[0];
+  const Pose& pose = best.refined.target_from_source;
+  Sightings sightings;
   for (const Sibling& near : model.siblings) {
-    const Pose sibling = best * near.motion;
-    if (!distinct(model, sibling, best, params_.distinct_ratio)) continue;
-    const Candidate seen = first_look(model, glanced_, sibling, floor_m);
-    if (seen.worth < kAlternative * best_worth) continue;
+    const Pose sibling = pose * near.motion;
+    if (!distinct(model, sibling, pose, params_.distinct_ratio)) continue;
+    const double worth = first_look(model, glanced_, sibling, floor_m).worth;
+    if (worth >= kAlternative * best.worth) sightings.push_back({sibling, worth});
+  }
+  return sightings;
+}
+
+bool ObjectSearch::looks_like_best(const ModelIndex& model, const MeasuredObject& object,
+                                   const Sightings& sightings) noexcept {
+  const Candidate best = candidates_[0];
+  const Pose* alike = nullptr;
+  for (const Sighting& sibling : sightings.span()) {
+    if (sibling.worth < kEqual * best.worth) continue;
+    const Contrast contrast = contrast_to(model, object, sibling.pose);
+    if (contrast.alike()) {
+      alike = &sibling.pose;
+    } else if (contrast.gain < 0.0) {
+      return false;
+    }
+  }
+  if (alike == nullptr) return false;
+  Candidate equal = best;
+  equal.refined.target_from_source = *alike;
+  candidates_.push_back(equal);
+  return true;
+}
+
+void ObjectSearch::refine_siblings(const ModelIndex& model, const MeasuredObject& object,
+                                   const Sightings& sightings, double floor_m) noexcept {
+  for (const Sighting& sibling : sightings.span()) {
     RefinedPose refined;
-    if (!refine(model, object, sibling, refined)) continue;
-    verify_pose(model, object, refined, floor_m);
+    if (!refine(model, object, sibling.pose, refined)) continue;
+    // Nobody asks how well a pose fits that the readings refute where it differs.
+    const Contrast contrast = contrast_to(model, object, refined.target_from_source);
+    if (contrast.beyond_doubt()) {
+      dismissed_ = std::min(dismissed_, contrast.certainty());
+    } else {
+      verify_pose(model, object, refined, floor_m);
+    }
   }
   best_first();
 }
 
-double ObjectSearch::margin(const ModelIndex& model) const noexcept {
-  if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return 0.0;
-  double least = 1.0;
+Margin ObjectSearch::margin(const ModelIndex& model) const noexcept {
+  if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return {0.0, nullptr};
+  Margin least{dismissed_, nullptr};
   for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    if (!distinct(model, candidates_[i].refined.target_from_source,
-                  candidates_[0].refined.target_from_source, params_.distinct_ratio)) {
+    const Pose& rival = candidates_[i].refined.target_from_source;
+    if (!distinct(model, rival, candidates_[0].refined.target_from_source,
+                  params_.distinct_ratio)) {
       continue;
     }
     const double ratio = std::max(0.0, candidates_[i].worth) / candidates_[0].worth;
-    least = std::min(least, std::max(1.0 - ratio, candidates_[i].told_apart));
+    const double margin = std::max(1.0 - ratio, candidates_[i].told_apart);
+    if (margin < least.value) least = {margin, &rival};
   }
   return least;
 }

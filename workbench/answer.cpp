@@ -47,6 +47,7 @@ nlohmann::ordered_json object_json(const RegistrationReport& object) {
   json["code"] = static_cast<unsigned>(object.code);
   json["reasons"] = sentences(object);
   if (object.has_pose) json["transform"] = pose_json(object.target_from_source);
+  if (object.has_rival) json["rival"] = pose_json(object.target_from_rival);
   if (object.surface_grasp) json["surface_grasp"] = pose_json(object.target_from_grasp);
   json["fitness"] = object.fitness;
   json["margin"] = object.margin;
@@ -151,6 +152,7 @@ nlohmann::ordered_json to_json(const Answer& answer) {
   json["reasons"] = answer.reasons;
   if (answer.status != Answer::Status::Error && report.has_pose) {
     json["transform"] = pose_json(report.target_from_source);
+    if (report.has_rival) json["rival"] = pose_json(report.target_from_rival);
   }
   if (!answer.objects.empty()) {
     json["found"] = answer.found;

@@ -101,13 +101,16 @@ void write_merged(const std::string& file, const Job& job, const Pose& target_fr
   write_cloud(file, merged);
 }
 
-/// Every accepted object, or the best pose when none is.
+/// Every accepted object, or the best pose when none is, and the one that it can't be told from.
 void write_picture(const std::string& file, int panel_px, const Job& job, const Answer& answer) {
   std::vector<Pose> poses;
   for (const RegistrationReport& object : answer.objects) {
     if (object.accepted && object.has_pose) poses.push_back(object.target_from_source);
   }
-  if (poses.empty() && answer.report.has_pose) poses.push_back(answer.report.target_from_source);
+  if (poses.empty() && answer.report.has_pose) {
+    poses.push_back(answer.report.target_from_source);
+    if (answer.report.has_rival) poses.push_back(answer.report.target_from_rival);
+  }
   PictureParams params;
   params.panel_px = panel_px;
   params.whole_image = answer.objects.size() > 1;
@@ -121,6 +124,9 @@ void print_text(const RegisterOptions& wanted, const Answer& answer,
   std::cout << verdict_text(answer) << "\n";
   if (report.has_pose) {
     std::cout << "target_from_source\n" << pose_text(report.target_from_source);
+    if (report.has_rival) {
+      std::cout << "or, not told apart\n" << pose_text(report.target_from_rival);
+    }
     std::printf(
         "fitness %.3f  rmse %.2f mm  coverage %.3f  free space violation %.3f  margin %.3f\n",
         report.fitness, report.rmse_m * 1e3, report.coverage, report.free_space_violation,

@@ -19,6 +19,9 @@ constexpr int kRim_px = 2;
 constexpr double kLeastGain = 20.0;
 constexpr double kEnoughGain = 100.0;
 constexpr double kLeastShare = 0.5;
+// Beyond doubt: three times what certainty asks.
+constexpr double kSureGain = 3.0 * kEnoughGain;
+constexpr double kSureShare = 0.9;
 
 float square_off(float predicted, float measured, float sigma_m, bool of_part) noexcept {
   // Where a pose predicts nothing, nothing of the part should be measured.
@@ -33,6 +36,10 @@ double Contrast::certainty() const noexcept {
   return std::clamp((share - kLeastShare) / (1.0 - kLeastShare), 0.0, 1.0) *
          std::clamp((gain - kLeastGain) / (kEnoughGain - kLeastGain), 0.0, 1.0);
 }
+
+bool Contrast::alike() const noexcept { return std::fabs(gain) <= kLeastGain; }
+
+bool Contrast::beyond_doubt() const noexcept { return gain >= kSureGain && share >= kSureShare; }
 
 void RivalTest::reserve(Arena& arena, std::size_t max_pixels, std::size_t max_width) {
   z_m_ = arena.take<float>(max_pixels);

@@ -20,6 +20,10 @@ struct Contrast {
   /// How surely the first pose is told from the second, 0…1: most readings must agree, and there
   /// must be more of them than two or three that only one pose explains, up to a dozen.
   [[nodiscard]] double certainty() const noexcept;
+  /// Too few readings tell the poses apart to say which is right.
+  [[nodiscard]] bool alike() const noexcept;
+  /// Nine of ten of so many readings speak for the first pose that certainty() is at least 0.8.
+  [[nodiscard]] bool beyond_doubt() const noexcept;
 };
 
 /// Compares two poses of a model where, and only where, their predicted depth images differ: on a

@@ -15,103 +15,6 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <class V>
-HWY_INLINE void Exchange(V& low, V& high) {
-  const V smaller = hn::Min(low, high);
-  high = hn::Max(low, high);
-  low = smaller;
-}
-
-template <int kI, int kEnd, int kSize, class V>
-HWY_INLINE void PairUp(V* w) {
-  if constexpr (kI < kEnd) {
-    Exchange(w[kI], w[kSize - 1 - kI]);
-    PairUp<kI + 1, kEnd, kSize>(w);
-  }
-}
-template <int kI, int kEnd, class V>
-HWY_INLINE void LowestFirst(V* w) {
-  if constexpr (kI < kEnd) {
-    Exchange(w[0], w[kI]);
-    LowestFirst<kI + 1, kEnd>(w);
-  }
-}
-template <int kI, int kEnd, class V>
-HWY_INLINE void HighestLast(V* w) {
-  if constexpr (kI < kEnd) {
-    Exchange(w[kI], w[kEnd]);
-    HighestLast<kI + 1, kEnd>(w);
-  }
-}
-
-/// "Forgetful selection": of the kSize values the lowest and the highest can't be the median; they
-/// go, and the next of `rest` takes the lowest one's place.
-template <int kSize, class V>
-HWY_INLINE V Select(V* w, const V* rest) {
-  if constexpr (kSize == 3) {
-    Exchange(w[0], w[1]);
-    Exchange(w[1], w[2]);
-    Exchange(w[0], w[1]);
-    return w[1];
-  } else {
-    PairUp<0, kSize / 2, kSize>(w);
-    LowestFirst<1, (kSize + 1) / 2>(w);
-    HighestLast<kSize / 2, kSize - 1>(w);
-    w[0] = *rest;
-    return Select<kSize - 1>(w, rest + 1);
-  }
-}
-
-template <int kWindow, class D>
-HWY_INLINE hn::Vec<D> Median(D d, const std::uint16_t* const* rows, std::size_t u) {
-  constexpr int kCount = kWindow * kWindow;
-  using V = hn::Vec<D>;
-  V values[kCount];
-  V lowest = hn::LoadU(d, rows[0] + u);
-  for (int i = 0; i < kCount; ++i) {
-    values[i] = hn::LoadU(d, rows[i / kWindow] + u + static_cast<std::size_t>(i % kWindow));
-    lowest = hn::Min(lowest, values[i]);
-  }
-  const V zero = hn::Zero(d);
-  const V centre = values[kCount / 2];
-  if (!hn::AllFalse(d, hn::Eq(lowest, zero))) {
-    // Gaps count in turn as the highest and the lowest value: the median of all is then the (upper)
-    // median of the readings.
-    V stand_in = hn::Set(d, std::uint16_t{0xffff});
-    for (int i = 0; i < kCount; ++i) {
-      const V gap = hn::VecFromMask(d, hn::Eq(values[i], zero));
-      values[i] = hn::Or(values[i], hn::And(gap, stand_in));
-      stand_in = hn::Xor(stand_in, gap);
-    }
-  }
-  constexpr int kStart = kCount / 2 + 2;
-  const V median = Select<kStart>(values, values + kStart);
-  return hn::IfThenZeroElse(hn::Eq(centre, zero), median);
-}
-
-template <int kWindow>
-HWY_INLINE void MedianRowOf(const std::uint16_t* const* rows, std::size_t width,
-                            std::uint16_t* out) {
-  const hn::CappedTag<std::uint16_t, kDepthSlack> d;
-  const std::size_t lanes = hn::Lanes(d);
-  std::size_t u = 0;
-  for (; u + lanes <= width; u += lanes) hn::StoreU(Median<kWindow>(d, rows, u), d, out + u);
-  if (u < width) {
-    HWY_ALIGN std::array<std::uint16_t, kDepthSlack> last;
-    hn::StoreU(Median<kWindow>(d, rows, u), d, last.data());
-    std::copy_n(last.begin(), width - u, out + u);
-  }
-}
-
-void MedianRow(const std::uint16_t* const* rows, int window, std::size_t width,
-               std::uint16_t* out) {
-  if (window == 5) {
-    MedianRowOf<5>(rows, width, out);
-  } else {
-    MedianRowOf<3>(rows, width, out);
-  }
-}
-
 /// Allowed steps around kDepthSlack depths, saturated to 16 bits.
 HWY_INLINE void AllowedSteps(const std::uint16_t* centre, const GapLaw& law, std::uint16_t* out) {
   const hn::CappedTag<float, 8> df;
@@ -202,14 +105,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace grapnel::kernels {
 
-HWY_EXPORT(MedianRow);
 HWY_EXPORT(SupportRow);
 HWY_EXPORT(BackProjectRow);
-
-void median_row(const std::uint16_t* const* rows, int window, std::size_t width,
-                std::uint16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(MedianRow)(rows, window, width, out);
-}
 
 std::size_t support_row(const std::uint16_t* above, const std::uint16_t* row,
                         const std::uint16_t* below, const GapLaw& gap, int min_support,

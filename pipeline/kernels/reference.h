@@ -6,7 +6,7 @@
 
 #include "pipeline/kernels/best_rows.h"
 #include "pipeline/kernels/block_sums.h"
-#include "pipeline/kernels/depth_rows.h"
+#include "pipeline/kernels/median_row.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/plane_fit.h"
 #include "pipeline/kernels/pose_rating.h"

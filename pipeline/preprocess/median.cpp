@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "pipeline/kernels/depth_rows.h"
+#include "pipeline/kernels/median_row.h"
 
 namespace grapnel {
 

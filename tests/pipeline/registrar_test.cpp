@@ -74,6 +74,13 @@ void expect_same(const RegistrationReports& a, const RegistrationReports& b) {
   }
 }
 
+RegistrationReport report_of_one(Registrar& registrar, const test::BoxScene& scene) {
+  const Result<RegistrationReports> result = registrar.run(scene.frame(), {});
+  EXPECT_TRUE(result.ok());
+  EXPECT_EQ(result.value().objects.size(), 1U);
+  return result.value().objects[0];
+}
+
 TEST(Registrar, FindsTheBoxWhereverItLies) {
   const auto registrar = Registrar::create(box_preset());
   for (const Pose& truth :
@@ -236,6 +243,25 @@ TEST(Registrar, APartThatTwoModelsFitIsAmbiguous) {
   EXPECT_EQ(result.value().code, Code::Ambiguous);
 }
 
+TEST(Registrar, APartThatLooksTheSameTurnedNamesBothPoses) {
+  Preset preset = box_preset();
+  preset.models = {model_from_cloud(test::box_cloud(kSize_m, 0.005), "box of no symmetry")};
+  ASSERT_EQ(preset.models[0].symmetry, Symmetry::None);
+  const auto registrar = Registrar::create(preset);
+  const Pose truth = place(0.05, 0.02, 0.4);
+  const RegistrationReport report = report_of_one(*registrar, scene_with({truth}));
+  EXPECT_FALSE(report.accepted);
+  EXPECT_EQ(report.code, Code::Ambiguous) << reasons_of(report);
+  ASSERT_TRUE(report.has_rival);
+  EXPECT_GT(rotation_angle_rad(report.target_from_source, report.target_from_rival), 3.0);
+  // Either would be right for a box, as in FindsTheBoxWhereverItLies; the rival is not refined.
+  for (const Pose& pose : {report.target_from_source, report.target_from_rival}) {
+    const Pose found = nearest_equivalent(pose, truth, Symmetry::Box);
+    EXPECT_LT((found.translation() - truth.translation()).norm(), 0.005);
+    EXPECT_LT(rotation_angle_rad(found, truth), 0.02);
+  }
+}
+
 /// A box with a block on its top near one corner: nothing but the block tells it from its mirror
 /// image, in which the block lies at the other end of x.
 struct BlockedBox {
@@ -286,13 +312,6 @@ struct BlockedBox {
     return pose;
   }
 };
-
-RegistrationReport report_of_one(Registrar& registrar, const test::BoxScene& scene) {
-  const Result<RegistrationReports> result = registrar.run(scene.frame(), {});
-  EXPECT_TRUE(result.ok());
-  EXPECT_EQ(result.value().objects.size(), 1U);
-  return result.value().objects[0];
-}
 
 TEST(Registrar, APartWhoseTellingBlockIsSeenIsToldFromItsMirrorImage) {
   const BlockedBox part;

@@ -51,7 +51,9 @@ RgbImage draw_case(const CaseResult& result, const SuiteCase& one, int panel_px)
     source = load_input(inputs.source, inputs.source_options);
   }
   std::vector<Pose> found;
-  if (result.answer.report.has_pose) found.push_back(result.answer.report.target_from_source);
+  const RegistrationReport& report = result.answer.report;
+  if (report.has_pose) found.push_back(report.target_from_source);
+  if (report.has_rival) found.push_back(report.target_from_rival);
   const DrawnJob job{&target, model ? &*model : nullptr, source ? &*source : nullptr};
   PictureParams params;
   params.panel_px = panel_px;

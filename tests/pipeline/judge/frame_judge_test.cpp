@@ -320,6 +320,8 @@ TEST_F(FrameJudge, ATurnedBoxThatLooksTheSameIsNotToldApart) {
   turned.linear() = truth_.linear() * Eigen::Vector3d(-1.0, -1.0, 1.0).asDiagonal();
   EXPECT_LT(compare(truth_, turned).certainty(), 0.01);
   EXPECT_LT(compare(turned, truth_).certainty(), 0.01);
+  EXPECT_TRUE(compare(truth_, turned).alike());
+  EXPECT_TRUE(compare(turned, truth_).alike());
 }
 
 TEST_F(FrameJudge, ATurnedBoxThatLooksDifferentIsToldApartWhicheverComesFirst) {
@@ -329,9 +331,13 @@ TEST_F(FrameJudge, ATurnedBoxThatLooksDifferentIsToldApartWhicheverComesFirst) {
   const Contrast right = compare(truth_, turned);
   EXPECT_GT(right.share, 0.95);
   EXPECT_GT(right.certainty(), 0.9);
+  EXPECT_TRUE(right.beyond_doubt());
+  EXPECT_FALSE(right.alike());
   const Contrast wrong = compare(turned, truth_);
   EXPECT_NEAR(wrong.gain, -right.gain, 1e-9 * right.gain);
   EXPECT_EQ(wrong.certainty(), 0.0);
+  EXPECT_FALSE(wrong.beyond_doubt());
+  EXPECT_FALSE(wrong.alike());
 }
 
 TEST_F(FrameJudge, WhereNothingIsReadNothingIsTold) {
@@ -340,6 +346,14 @@ TEST_F(FrameJudge, WhereNothingIsReadNothingIsTold) {
   turned.linear().col(0) = truth_.linear().col(1);
   turned.linear().col(1) = -truth_.linear().col(0);
   EXPECT_EQ(compare(truth_, turned).certainty(), 0.0);
+  EXPECT_TRUE(compare(truth_, turned).alike());
+}
+
+TEST(Contrast, IsBeyondDoubtOnlyWhereMostOfManyReadingsAgree) {
+  EXPECT_TRUE((Contrast{300.0, 0.9}.beyond_doubt()));
+  EXPECT_FALSE((Contrast{299.0, 0.9}.beyond_doubt()));
+  EXPECT_FALSE((Contrast{300.0, 0.89}.beyond_doubt()));
+  EXPECT_NEAR((Contrast{300.0, 0.9}.certainty()), 0.8, 1e-12);
 }
 
 Findings good_findings() {

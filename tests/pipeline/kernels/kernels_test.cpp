@@ -9,7 +9,7 @@
 #include "base/math.h"
 #include "base/rng.h"
 #include "pipeline/descriptors/pair_feature.h"
-#include "pipeline/kernels/depth_rows.h"
+#include "pipeline/kernels/median_row.h"
 #include "pipeline/kernels/pair_features.h"
 #include "pipeline/kernels/reference.h"
 #include "pipeline/kernels/target.h"
@@ -67,7 +67,7 @@ struct Rows {
 TEST_P(Kernel, MedianOfRowsEqualsTheSortedReadings) {
   Rng rng(11);
   for (const int window : {3, 5}) {
-    for (const std::size_t width : {1U, 7U, 16U, 33U, 100U}) {
+    for (const std::size_t width : {1U, 7U, 16U, 33U, 100U, 241U, 300U}) {
       for (const double gaps : {0.0, 0.02, 0.5, 1.0}) {
         const Rows rows(static_cast<std::size_t>(window), width, gaps, rng);
         std::vector<std::uint16_t> out(width, 1);
