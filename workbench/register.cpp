@@ -107,15 +107,15 @@ void write_picture(const std::string& file, int panel_px, const Job& job, const 
   for (const RegistrationReport& object : answer.objects) {
     if (object.accepted && object.has_pose) poses.push_back(object.target_from_source);
   }
+  DrawnJob drawn{&job.target(), job.model(), job.source()};
   if (poses.empty() && answer.report.has_pose) {
     poses.push_back(answer.report.target_from_source);
-    if (answer.report.has_rival) poses.push_back(answer.report.target_from_rival);
+    if (answer.report.has_rival) drawn.rival = answer.report.target_from_rival;
   }
   PictureParams params;
   params.panel_px = panel_px;
   params.whole_image = answer.objects.size() > 1;
-  write_png(file,
-            draw_job({&job.target(), job.model(), job.source()}, poses, std::nullopt, params));
+  write_png(file, draw_job(drawn, poses, std::nullopt, params));
 }
 
 void print_text(const RegisterOptions& wanted, const Answer& answer,

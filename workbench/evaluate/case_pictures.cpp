@@ -53,8 +53,8 @@ RgbImage draw_case(const CaseResult& result, const SuiteCase& one, int panel_px)
   std::vector<Pose> found;
   const RegistrationReport& report = result.answer.report;
   if (report.has_pose) found.push_back(report.target_from_source);
-  if (report.has_rival) found.push_back(report.target_from_rival);
-  const DrawnJob job{&target, model ? &*model : nullptr, source ? &*source : nullptr};
+  DrawnJob job{&target, model ? &*model : nullptr, source ? &*source : nullptr};
+  if (report.has_rival) job.rival = report.target_from_rival;
   PictureParams params;
   params.panel_px = panel_px;
   return draw_job(job, found, one.truth, params);

@@ -14,6 +14,8 @@ constexpr double kCounts = 60000.0;
 // As the pipeline's match tolerance: 4 mm at the scale of parcels, a fiftieth of small parts.
 constexpr double kFloor_m = 0.004;
 constexpr double kFloorOfDiameter = 0.02;
+// An arrow's length, diameters.
+constexpr double kArrow = 0.4;
 
 /// Looks along the cloud's least extent from twice its extent away.
 Pose camera_before(const std::vector<Vec3f>& points, double& extent_m) {
@@ -97,6 +99,32 @@ void fill(const DrawnJob& job, SourcePoints& source) {
   source.placed = {source.x, source.y, source.z, {}, {}, {}, 0.0, Pose::Identity()};
 }
 
+Vec3d middle_of(const PlacedPoints& points) {
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < points.x.size(); ++i) {
+    sum += Vec3f(points.x[i], points.y[i], points.z[i]).cast<double>();
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(points.x.size(), 1));
+}
+
+/// The axis whose direction in the image differs most.
+int most_turned_axis(const Pose& a, const Pose& b) {
+  int most = 0;
+  const auto turned = [&](int axis) {
+    return (a.linear().col(axis) - b.linear().col(axis)).head<2>().norm();
+  };
+  for (int axis = 1; axis < 3; ++axis) {
+    if (turned(axis) > turned(most)) most = axis;
+  }
+  return most;
+}
+
+DrawnArrow axis_arrow(const Pose& pose, const Vec3d& centre, int axis, double length_m,
+                      const Rgb8& color) {
+  const Vec3d from = pose * centre;
+  return {from, from + length_m * pose.linear().col(axis), color};
+}
+
 }  // namespace
 
 TargetImage target_image(const Input& target) {
@@ -124,7 +152,16 @@ RgbImage draw_job(const DrawnJob& job, std::span<const Pose> found,
   for (const Pose& pose : found) poses.push_back(placed_at(pose));
   std::vector<PlacedPoints> truths;
   if (truth) truths.push_back(placed_at(*truth));
-  return draw_scene(image.frame, poses, truths, params);
+  std::vector<DrawnArrow> arrows;
+  if (job.rival && !found.empty()) {
+    const Vec3d centre = middle_of(source.placed);
+    const Pose best = image.camera_from_target * found[0];
+    const Pose rival = image.camera_from_target * *job.rival;
+    const int axis = most_turned_axis(best, rival);
+    arrows.push_back(axis_arrow(best, centre, axis, kArrow * diameter_m, kFoundColor));
+    arrows.push_back(axis_arrow(rival, centre, axis, kArrow * diameter_m, kRivalColor));
+  }
+  return draw_scene(image.frame, poses, truths, params, arrows);
 }
 
 }  // namespace grapnel

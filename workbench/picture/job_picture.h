@@ -26,6 +26,8 @@ struct DrawnJob {
   const Input* target = nullptr;
   const Model* model = nullptr;
   const Input* source = nullptr;
+  /// Of the first pose found: the one that it can't be told from. Arrows show what differs.
+  std::optional<Pose> rival = std::nullopt;
 };
 
 /// Panels of draw_scene() for a job's source at the found poses, target_from_source. Empty when the

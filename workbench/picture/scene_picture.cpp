@@ -126,6 +126,24 @@ void draw_outline(const PointRender& render, const Rgb8& color, RgbImage& image)
   }
 }
 
+/// Two pixels broad, its last pixels broader; what is behind the camera is left out.
+void draw_arrow(const DrawnArrow& arrow, const Intrinsics& camera, RgbImage& image) {
+  constexpr int kSteps = 200;
+  constexpr int kHeadSteps = 12;
+  for (int i = 0; i <= kSteps; ++i) {
+    const Vec3d p = arrow.from + (arrow.to - arrow.from) * (static_cast<double>(i) / kSteps);
+    if (!(p.z() > 0.0)) continue;
+    const int u = static_cast<int>(std::floor(camera.fx * p.x() / p.z() + camera.cx));
+    const int v = static_cast<int>(std::floor(camera.fy * p.y() / p.z() + camera.cy));
+    const int reach = i > kSteps - kHeadSteps ? 2 : 0;
+    for (int dv = -reach; dv <= reach + 1; ++dv) {
+      for (int du = -reach; du <= reach + 1; ++du) {
+        if (image.contains(u + du, v + dv)) image.at(u + du, v + dv) = arrow.color;
+      }
+    }
+  }
+}
+
 PointRender rendered(const Intrinsics& camera, std::span<const PlacedPoints> all) {
   PointRender render(camera);
   for (const PlacedPoints& points : all) render.add(points);
@@ -135,7 +153,8 @@ PointRender rendered(const Intrinsics& camera, std::span<const PlacedPoints> all
 }  // namespace
 
 RgbImage draw_scene(const DepthFrame& frame, std::span<const PlacedPoints> found,
-                    std::span<const PlacedPoints> truth, const PictureParams& params) {
+                    std::span<const PlacedPoints> truth, const PictureParams& params,
+                    std::span<const DrawnArrow> arrows) {
   Intrinsics camera = frame.intrinsics;
   camera.width = frame.depth.width;
   camera.height = frame.depth.height;
@@ -162,6 +181,7 @@ RgbImage draw_scene(const DepthFrame& frame, std::span<const PlacedPoints> found
   for (const PlacedPoints& points : truth) {
     draw_outline(rendered(panel.camera, {&points, 1}), kTruthColor, overlay);
   }
+  for (const DrawnArrow& arrow : arrows) draw_arrow(arrow, panel.camera, overlay);
   panels.push_back(std::move(overlay));
   if (!found.empty()) panels.push_back(std::move(samples));
   return side_by_side(panels, kGap_px);

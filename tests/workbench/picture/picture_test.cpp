@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -108,6 +109,31 @@ TEST(ScenePicture, ColoursSamplesByWhatWasMeasured) {
   EXPECT_TRUE(nearest(sample_color(1020), kContradictedColor));  // seen through
   EXPECT_TRUE(nearest(sample_color(980), kOccludedColor));
   EXPECT_TRUE(nearest(sample_color(0), kUnknownColor));
+}
+
+TEST(ScenePicture, DrawsArrowsOnTheSecondPanel) {
+  const std::vector<std::uint16_t> depth(static_cast<std::size_t>(kCamera.width * kCamera.height),
+                                         1000);
+  DepthFrame frame;
+  frame.depth = {depth.data(), kCamera.width, kCamera.height};
+  frame.intrinsics = kCamera;
+  PictureParams params;
+  params.panel_px = kPanel_px;
+  params.whole_image = true;
+  // Along a row of the image, from column 20 to 60, a metre away.
+  const auto at = [](double u, double v) {
+    return Vec3d((u - kCamera.cx) / kCamera.fx, (v - kCamera.cy) / kCamera.fy, 1.0);
+  };
+  const DrawnArrow arrow{at(20.5, 30.5), at(60.5, 30.5), kRivalColor};
+  const DrawnArrow behind{-arrow.from, -arrow.to, kTruthColor};
+  const std::array arrows = {arrow, behind};
+  const RgbImage image = draw_scene(frame, {}, {}, params, arrows);
+  const int second = kCamera.width + 4;
+  EXPECT_EQ(image.at(second + 40, 30), kRivalColor);
+  EXPECT_NE(image.at(second + 40, 33), kRivalColor);
+  EXPECT_EQ(image.at(second + 60, 32), kRivalColor);  // its head is broader
+  EXPECT_NE(image.at(40, 30), kRivalColor);           // the first panel stays
+  for (int u = second; u < image.width(); ++u) EXPECT_NE(image.at(u, 30), kTruthColor);
 }
 
 TEST(ScenePicture, WithoutAPoseShowsTheWholeImageTwice) {
