@@ -32,6 +32,8 @@ static_assert(kernels::kWeightedLength == 40);
 /// Points near a block for each that is near one of its points, at the most; where there are more,
 /// its points are looked at one by one.
 constexpr std::size_t kNearABlock = 4;
+/// So many points then, as what is too dense mostly goes on.
+constexpr std::size_t kAloneAtLeast = 256;
 
 /// Scales each third of the row to a sum of 100.
 template <class Real>
@@ -142,37 +144,30 @@ void FpfhEstimator::count_plain(std::size_t position,
   }
 }
 
-/// The others of a point's pairs, thinned evenly where they are too many.
-std::span<const std::int32_t> FpfhEstimator::pairs_of(
-    std::size_t position, std::span<const std::int32_t> around) noexcept {
+/// Those that a point makes pairs with, thinned evenly where they are too many; the point itself,
+/// which makes none, may be among them.
+std::span<const std::int32_t> FpfhEstimator::partners_of(
+    std::span<const std::int32_t> around) noexcept {
+  if (all_normals_ && around.size() <= max_neighbours_) return around;
   const std::size_t kept = std::min(around.size(), max_neighbours_);
-  // i * size / kept without a division each.
-  const std::size_t step = around.size() / kept;
-  const std::size_t rest = around.size() % kept;
-  std::size_t from = 0;
-  std::size_t over = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < kept; ++i) {
-    const auto other = static_cast<std::size_t>(around[from]);
-    others_[count] = around[from];
-    count += other != position && (all_normals_ || has_normal(other)) ? 1U : 0U;
-    over += rest;
-    const std::size_t more = over >= kept ? 1 : 0;
-    over -= more * kept;
-    from += step + more;
-  }
-  return others_.first(count);
+  // i size / kept without a division each: exact while i kept stays below 2^32.
+  constexpr unsigned kFraction = 32;
+  const std::uint64_t step = (static_cast<std::uint64_t>(around.size()) << kFraction) / kept + 1;
+  std::uint64_t from = 0;
+  for (std::size_t i = 0; i < kept; ++i, from += step) others_[i] = around[from >> kFraction];
+  const std::span<std::int32_t> thinned = others_.first(kept);
+  if (all_normals_) return thinned;
+  const auto end = std::remove_if(thinned.begin(), thinned.end(), [&](std::int32_t other) {
+    return !has_normal(static_cast<std::size_t>(other));
+  });
+  return thinned.first(static_cast<std::size_t>(end - thinned.begin()));
 }
 
 bool FpfhEstimator::simplify(std::size_t position, const Neighbourhood& around) noexcept {
   if (!has_normal(position)) return false;
-  std::span<const std::int32_t> others = around.index;
-  // The point itself makes no pair; it is left in where nothing else must be taken out.
-  std::size_t pairs = others.size() - 1;
-  if (!all_normals_ || others.size() > max_neighbours_) {
-    others = pairs_of(position, others);
-    pairs = others.size();
-  }
+  const std::span<const std::int32_t> others = partners_of(around.index);
+  const auto itself = std::count(others.begin(), others.end(), static_cast<std::int32_t>(position));
+  const std::size_t pairs = others.size() - static_cast<std::size_t>(itself);
   if (pairs == 0) return false;
   // All pairs count, also those that turn out to have no features.
   if (params_.engine == Engine::Fast) {
@@ -279,11 +274,18 @@ Status FpfhEstimator::describe(const Surface& surface, std::span<const Keypoint>
   }
   arrange(surface, keypoints);
   const bool by_blocks = params_.engine == Engine::Fast && all_normals_;
+  std::size_t alone = 0;  // up to where points are looked at one by one
   for (std::size_t position = 0; position < surface.size;) {
+    if (!by_blocks || position < alone) {
+      add_point(position++, features);
+      continue;
+    }
     const kernels::BlockOfPoints block = search_.block_from(position, radius_m_);
-    const std::size_t end = position + static_cast<std::size_t>(block.count);
-    if (by_blocks && add_block(block, features)) position = end;
-    for (; position < end; ++position) add_point(position, features);
+    if (add_block(block, features)) {
+      position += static_cast<std::size_t>(block.count);
+    } else {
+      alone = position + kAloneAtLeast;
+    }
   }
   finish_rows(keypoints, features);
   return {};

@@ -62,8 +62,8 @@ class FpfhEstimator final : public DescriptorEstimator {
   std::size_t rows_around(const Neighbourhood& around) noexcept;
   /// Fills histogram_ (or plain_) of the point at a position; false when it has no pairs.
   bool simplify(std::size_t position, const Neighbourhood& around) noexcept;
-  [[nodiscard]] std::span<const std::int32_t> pairs_of(
-      std::size_t position, std::span<const std::int32_t> around) noexcept;
+  [[nodiscard]] std::span<const std::int32_t> partners_of(
+      std::span<const std::int32_t> around) noexcept;
   void count_fast(std::size_t position, std::span<const std::int32_t> others) noexcept;
   void count_plain(std::size_t position, std::span<const std::int32_t> others) noexcept;
   void add_to_rows(std::size_t count, FeatureMatrix& features) noexcept;
