@@ -84,6 +84,8 @@ std::string real_text(double value) {
   return text;
 }
 
+std::string toml_text(const ConfigValue& value) { return std::visit(ValueText{}, value.data); }
+
 std::string config_text(const ConfigTable& table) {
   std::string out;
   for (const auto& [key, value] : table.entries()) {

@@ -11,6 +11,9 @@ namespace grapnel {
 /// back as the same keys and values.
 [[nodiscard]] std::string config_text(const ConfigTable& table);
 
+/// A value as TOML writes it; tables inline.
+[[nodiscard]] std::string toml_text(const ConfigValue& value);
+
 /// The text and the number as TOML writes them: escaped and in quotes; with a point or an exponent.
 [[nodiscard]] std::string quoted_text(std::string_view text);
 [[nodiscard]] std::string real_text(double value);

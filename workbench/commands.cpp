@@ -31,6 +31,7 @@ constexpr std::array kCommands = {
     Command{"evaluate", run_evaluate, "run presets over a suite of cases with known truth"},
     Command{"merge", run_merge, "put the results of several runs of evaluate together"},
     Command{"qualify", run_qualify, "set the limits of acceptance from labelled results"},
+    Command{"tune", run_tune, "look for the preset that is best on a suite of cases"},
     Command{"teach", run_teach, "fuse frames into a model, their poses given or found"},
     Command{"calibrate", run_calibrate, "measure a sensor's errors and write its camera.toml"},
     Command{"check", run_check, "check a configuration or a preset without running it"},

@@ -39,6 +39,7 @@ int run_reject(std::span<const std::string> args);
 int run_replay(std::span<const std::string> args);
 int run_simulate(std::span<const std::string> args);
 int run_teach(std::span<const std::string> args);
+int run_tune(std::span<const std::string> args);
 
 /// Every subcommand, in the order of `grapnel --help`.
 [[nodiscard]] std::span<const Command> commands() noexcept;

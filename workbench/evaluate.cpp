@@ -1,13 +1,10 @@
 #include <algorithm>
-#include <atomic>
 #include <charconv>
 #include <filesystem>
 #include <iostream>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "base/file.h"
@@ -16,10 +13,10 @@
 #include "workbench/evaluate/case_pictures.h"
 #include "workbench/evaluate/case_result.h"
 #include "workbench/evaluate/html_report.h"
+#include "workbench/evaluate/run_cases.h"
 #include "workbench/evaluate/summary.h"
 #include "workbench/options.h"
 #include "workbench/presets.h"
-#include "workbench/progress.h"
 
 namespace grapnel {
 namespace {
@@ -45,39 +42,14 @@ Shard parse_shard(const std::string& text) {
   return shard;
 }
 
-/// Registrars kept by a thread: cases come ordered by their model.
-constexpr std::size_t kKeptRegistrars = 2;
-
-/// Indices of all runs, those of one preset and source next to each other.
-std::vector<std::size_t> order_of(const std::vector<SuiteCase>& cases, std::size_t presets) {
-  std::vector<std::size_t> order(cases.size() * presets);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (a % presets != b % presets) return a % presets < b % presets;
-    return cases[a / presets].source < cases[b / presets].source;
-  });
-  return order;
-}
-
-std::vector<CaseResult> run_cases(const Suite& suite, const std::vector<SuiteCase>& cases,
-                                  const std::vector<std::string>& presets, std::size_t jobs) {
-  std::vector<CaseResult> results(cases.size() * presets.size());
-  const std::vector<std::size_t> order = order_of(cases, presets.size());
-  std::atomic<std::size_t> next{0};
-  Progress progress("evaluate", results.size());
-  const auto work = [&] {
-    RegistrarStore store(kKeptRegistrars);
-    for (std::size_t turn = next++; turn < order.size(); turn = next++) {
-      const std::size_t i = order[turn];
-      results[i] = run_case(suite, cases[i / presets.size()], presets[i % presets.size()], store);
-      progress.step();
-    }
-  };
-  std::vector<std::jthread> threads;
-  for (std::size_t i = 1; i < jobs; ++i) threads.emplace_back(work);
-  work();
-  threads.clear();
-  return results;
+/// Every case by every preset.
+std::vector<CaseRun> runs_of(const std::vector<SuiteCase>& cases,
+                             const std::vector<std::string>& presets) {
+  std::vector<CaseRun> runs;
+  for (const SuiteCase& one : cases) {
+    for (const std::string& preset : presets) runs.push_back({&one, preset, {}});
+  }
+  return runs;
 }
 
 std::vector<CasePicture> draw(const std::vector<SuiteCase>& cases, std::size_t presets,
@@ -140,7 +112,7 @@ int run_evaluate(std::span<const std::string> args) {
   if (code) throw InputError(folder + ": can't be made: " + code.message());
 
   const std::vector<CaseResult> results =
-      run_cases(suite, cases, presets, static_cast<std::size_t>(jobs));
+      run_cases(suite, runs_of(cases, presets), static_cast<std::size_t>(jobs), "evaluate");
   std::string lines;
   for (const CaseResult& result : results) lines += to_json(result).dump() + "\n";
   const nlohmann::ordered_json summary = summary_of(suite, results);

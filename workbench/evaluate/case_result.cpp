@@ -11,8 +11,6 @@
 namespace grapnel {
 namespace {
 
-std::string general_preset(CaseKind kind) { return kind == CaseKind::Scene ? "object" : "pair"; }
-
 void judge(const Suite& suite, const SuiteCase& one, const Job& job, CaseResult& result) {
   const RegistrationReport& report = result.answer.report;
   if (!one.truth || !report.has_pose) return;
@@ -38,6 +36,8 @@ nlohmann::ordered_json view_json(const ViewResult& view) {
 
 }  // namespace
 
+std::string general_preset(CaseKind kind) { return kind == CaseKind::Scene ? "object" : "pair"; }
+
 JobInputs inputs_of(const SuiteCase& one) {
   JobInputs inputs;
   inputs.kind = one.kind == CaseKind::Scene ? RegistrationKind::Object : RegistrationKind::Pair;
@@ -51,7 +51,7 @@ JobInputs inputs_of(const SuiteCase& one) {
 }
 
 CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string& preset,
-                    RegistrarStore& store) {
+                    RegistrarStore& store, const std::vector<std::string>& overrides) {
   CaseResult result;
   result.id = one.id;
   result.group = one.group;
@@ -63,7 +63,8 @@ CaseResult run_case(const Suite& suite, const SuiteCase& one, const std::string&
       run_many_case(suite, one, preset == "default" ? general_preset(one.kind) : preset, result);
       return result;
     }
-    Job job(inputs_of(one), preset == "default" ? general_preset(one.kind) : preset, {}, &store);
+    Job job(inputs_of(one), preset == "default" ? general_preset(one.kind) : preset, overrides,
+            &store);
     result.answer = job.run();
     judge(suite, one, job, result);
   } catch (const InputError& error) {

@@ -42,13 +42,17 @@ struct CaseResult {
   }
 };
 
+/// The preset of cases that ask for none.
+[[nodiscard]] std::string general_preset(CaseKind kind);
+
 /// What a case asks of a job. Precondition: not of kind many.
 [[nodiscard]] JobInputs inputs_of(const SuiteCase& one);
 
-/// Runs one case. `preset` "default" takes the general one of the case's kind. Never throws: what
-/// can't be read becomes a result with status error.
+/// Runs one case. `preset` "default" takes the general one of the case's kind; `overrides` are not
+/// for cases of many. Never throws: what can't be read becomes a result with status error.
 [[nodiscard]] CaseResult run_case(const Suite& suite, const SuiteCase& one,
-                                  const std::string& preset, RegistrarStore& store);
+                                  const std::string& preset, RegistrarStore& store,
+                                  const std::vector<std::string>& overrides = {});
 
 /// A line of results.jsonl.
 [[nodiscard]] nlohmann::ordered_json to_json(const CaseResult& result);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/temp_folder.h"
+#include "tests/workbench/carton_set.h"
 #include "tests/workbench/text_file.h"
 
 namespace grapnel {
@@ -30,21 +31,10 @@ std::vector<nlohmann::json> lines_of(const std::filesystem::path& file) {
   return lines;
 }
 
-/// Three cartons of two sizes and two empty belts or wrong parts, made once.
-const TempFolder& small_set() {
-  static const TempFolder folder;
-  static const int code =
-      run_command({"simulate", "--set-of", "carton", "--split", "tune", "--positives", "3",
-                   "--either", "0", "--negatives", "2", "--instances", "2", "-o", folder / "set"})
-          .code;
-  EXPECT_EQ(code, 0);
-  return folder;
-}
-
 TEST(EvaluateCommand, DrawsCasesIntoOnePageThatNeedsNothingElse) {
   const TempFolder out;
-  const auto run = run_command({"evaluate", small_set() / "set/suite.toml", "--presets", "carton",
-                                "-o", out / "all", "--picture-files"});
+  const auto run = run_command({"evaluate", test::carton_set() / "set/suite.toml", "--presets",
+                                "carton", "-o", out / "all", "--picture-files"});
   ASSERT_EQ(run.code, 0) << run.error;
   const std::string page = text_of(out / "all/report.html");
   EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
@@ -59,7 +49,7 @@ TEST(EvaluateCommand, DrawsCasesIntoOnePageThatNeedsNothingElse) {
 
 TEST(EvaluateCommand, AnswersTheSameInOneJobInTwoAndInShards) {
   const TempFolder out;
-  const std::string suite = small_set() / "set/suite.toml";
+  const std::string suite = test::carton_set() / "set/suite.toml";
   const auto results = [&](const std::string& name, std::vector<std::string> more) {
     std::vector<std::string> args = {"evaluate", suite,      "--presets",  "carton",
                                      "-o",       out / name, "--pictures", "0"};
@@ -80,7 +70,7 @@ TEST(EvaluateCommand, AnswersTheSameInOneJobInTwoAndInShards) {
 
 TEST(MergeCommand, MakesOfShardsTheSummaryOfTheWholeRun) {
   const TempFolder out;
-  const std::string suite = small_set() / "set/suite.toml";
+  const std::string suite = test::carton_set() / "set/suite.toml";
   const auto evaluate = [&](const std::string& name, const std::string& shard) {
     EXPECT_EQ(run_command({"evaluate", suite, "--presets", "carton", "-o", out / name, "--pictures",
                            "0", "--shard", shard})
@@ -117,8 +107,8 @@ TEST(MergeCommand, MakesOfShardsTheSummaryOfTheWholeRun) {
 
 TEST(MergeCommand, CountsNoCaseTwice) {
   const TempFolder out;
-  ASSERT_EQ(run_command({"evaluate", small_set() / "set/suite.toml", "--presets", "carton", "-o",
-                         out / "all", "--pictures", "0"})
+  ASSERT_EQ(run_command({"evaluate", test::carton_set() / "set/suite.toml", "--presets", "carton",
+                         "-o", out / "all", "--pictures", "0"})
                 .code,
             0);
   const auto run = run_command({"merge", out / "all", out / "all", "-o", out / "merged"});
