@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "pipeline/judge/verification.h"
 
@@ -49,7 +50,11 @@ double Verification::largest_piece_m2(Kind seed, Kind of, const PixelBox& box,
   double largest_m2 = 0.0;
   for (int v = box.v0; v < box.v1; ++v) {
     for (int u = box.u0; u < box.u1; ++u) {
-      if (kind_[render.index(u, v)] != seed) continue;
+      const Kind* const from = &kind_[render.index(u, v)];
+      const auto* const found = static_cast<const Kind*>(
+          std::memchr(from, static_cast<int>(seed), static_cast<std::size_t>(box.u1 - u)));
+      if (found == nullptr) break;
+      u += static_cast<int>(found - from);
       double area_m2 = 0.0;
       std::size_t top = 0;
       stack_[top++] = v * 65536 + u;
