@@ -133,6 +133,15 @@ TEST(ResultLine, HasNoPoseOnError) {
   EXPECT_TRUE(to_json(result).contains("transform"));
 }
 
+TEST(ResultLine, NamesTheRivalOfAnAmbiguousPose) {
+  CaseResult result = result_of(Expect::Accept, Rejected, false, "a");
+  result.answer.report.has_pose = true;
+  EXPECT_FALSE(to_json(result).contains("rival"));
+  result.answer.report.has_rival = true;
+  result.answer.report.target_from_rival.translation() = Vec3d(0.1, 0.2, 0.3);
+  EXPECT_EQ(to_json(result)["rival"][2][3], 0.3);
+}
+
 TEST(ResultLine, WritesNoNumberAsNull) {
   CaseResult result = result_of(Expect::Accept, Accepted, true, "a");
   result.answer.report.sigma_m = std::nan("");
