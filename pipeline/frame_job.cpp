@@ -288,7 +288,8 @@ Status FrameJob::register_model(std::size_t model_i, RegistrationReport& report)
   s_.search.settle(model, object);
   s_.search.refine_best(model, object, floor_m);
   if (const Status status = watch_.enter(Stage::Judge); !status.ok()) return status;
-  s_.search.tell_apart(model, object, floor_m, least_accepted_worth(s_.stages.params.verdict));
+  const VerdictParams& verdict = s_.stages.params.verdict;
+  s_.search.tell_apart(model, object, floor_m, least_accepted_worth(verdict), verdict.min_margin);
   judge(model_i, floor_m, report);
   report.budget_reached = s_.object.keypoints.overflowed() || s_.correspondences.overflowed() ||
                           model.keypoints.overflowed() || s_.components.overflowed();

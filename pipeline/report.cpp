@@ -91,6 +91,11 @@ constexpr std::array<Wording, static_cast<std::size_t>(Check::kCount)> kWordings
      1, " mm"},
     {"mirror_margin", Code::Ambiguous, "its mirror image fits as well: margin to it",
      Bound::AtLeast, 1.0, 3, ""},
+    {"height_known", Code::ImplausibleOnBelt,
+     "only one flat face matches, and the share of its outline beside which ground tells its "
+     "height "
+     "is",
+     Bound::AtLeast, 1.0, 2, ""},
 }};
 
 const Wording& wording_of(Check check) noexcept {

@@ -46,6 +46,7 @@ enum class Check : std::uint8_t {
   LeastShare,
   Ground,
   Mirror,
+  Height,
   kCount
 };
 

@@ -77,9 +77,9 @@ class ObjectSearch {
   /// Refines the best of those finely and verifies them; candidates() are then these, best first.
   void refine_best(const ModelIndex& model, const MeasuredObject& object, double floor_m) noexcept;
   /// Asks how surely the best is told from others, its siblings among them. Below `least_worth` no
-  /// pose is accepted: then nobody asks.
+  /// pose is accepted, then nobody asks; nor any further than to a margin below `least_margin`.
   void tell_apart(const ModelIndex& model, const MeasuredObject& object, double floor_m,
-                  double least_worth) noexcept;
+                  double least_worth, double least_margin) noexcept;
 
   [[nodiscard]] std::size_t hypothesis_count() const noexcept { return proposed_.size(); }
   [[nodiscard]] const FixedList<Candidate>& candidates() const noexcept { return candidates_; }
@@ -123,19 +123,18 @@ class ObjectSearch {
   [[nodiscard]] Contrast contrast_to(const ModelIndex& model, const MeasuredObject& object,
                                      const Pose& rival) noexcept;
 
-  /// A sibling of the best pose as it stands, and its worth at first sight.
+  /// A sibling of the best pose as it stands, and its worth over the best one's at first sight.
   struct Sighting {
     Pose pose = Pose::Identity();
-    double worth = 0.0;
+    double worth_ratio = 0.0;
   };
   using Sightings = InlineList<Sighting, ModelIndex::kSiblings>;
   /// The best pose's siblings that are not out of the question.
   [[nodiscard]] Sightings sight_siblings(const ModelIndex& model, double floor_m) noexcept;
-  /// Whether the readings don't tell the best pose from a sibling, nor speak for another one: then
-  /// that sibling becomes a candidate and nobody need look further. Asked before they are refined,
-  /// which may lead a sibling away from where it looks alike.
-  [[nodiscard]] bool looks_like_best(const ModelIndex& model, const MeasuredObject& object,
-                                     const Sightings& sightings) noexcept;
+  /// Fills alike_: the margin to the sibling that looks most like the best pose, before refinement
+  /// may lead it away from where it does. True where the readings speak for one of them.
+  [[nodiscard]] bool compare_sightings(const ModelIndex& model, const MeasuredObject& object,
+                                       const Sightings& sightings) noexcept;
   /// Makes candidates of the siblings, but those that the readings refute: a nearly symmetric part
   /// must be called ambiguous, not wrong.
   void refine_siblings(const ModelIndex& model, const MeasuredObject& object,
@@ -167,6 +166,11 @@ class ObjectSearch {
   DepthView glance_view_;
   MeasuredObject glanced_;  ///< the object, as first looks see it
   bool hopeless_ = false;   ///< no pose meets even half of what it should
+  struct Alike {
+    double value = 1.0;
+    Pose pose = Pose::Identity();
+  };
+  Alike alike_;             ///< the sibling that looks most like the best pose
   double dismissed_ = 1.0;  ///< how surely the best is told from siblings that fell out
   Hypotheses proposed_;
   Hypotheses settled_;

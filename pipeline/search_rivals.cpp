@@ -21,17 +21,21 @@ constexpr double kAttached = 0.05;
 }  // namespace
 
 void ObjectSearch::tell_apart(const ModelIndex& model, const MeasuredObject& object, double floor_m,
-                              double least_worth) noexcept {
+                              double least_worth, double least_margin) noexcept {
   dismissed_ = 1.0;
+  alike_ = {};
   if (hopeless_ || candidates_.empty() || candidates_[0].worth < least_worth) return;
   test_rivals(model, object);
   if (!params_.siblings) return;
   for (const bool first : {true, false}) {
     const Pose asked = candidates_[0].refined.target_from_source;
     const Sightings sightings = sight_siblings(model, floor_m);
+    alike_ = {};
     if (sightings.empty()) return;
     keep_best_picture(model, object);
-    if (looks_like_best(model, object, sightings) || !first) return;
+    const bool one_is_better = compare_sightings(model, object, sightings);
+    // Ambiguous as it is: whatever refinement finds, the margin won't grow.
+    if (!first || (alike_.value < least_margin && !one_is_better)) return;
     refine_siblings(model, object, sightings, floor_m);
     test_rivals(model, object);
     // A sibling has taken its place: what looks like that one?
@@ -44,6 +48,8 @@ void ObjectSearch::test_rivals(const ModelIndex& model, const MeasuredObject& ob
   for (std::size_t turn = 0; turn < candidates_.size(); ++turn) {
     if (!beaten_by_rival(model, object)) return;
   }
+  // They beat each other in a circle: none is told from the others.
+  for (Candidate& candidate : candidates_) candidate.told_apart = 0.0;
 }
 
 bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject& object) noexcept {
@@ -61,6 +67,7 @@ bool ObjectSearch::beaten_by_rival(const ModelIndex& model, const MeasuredObject
     const Contrast contrast = contrast_to(model, object, rival.refined.target_from_source);
     if (contrast.gain < 0.0 && rival.worth >= kEqual * best.worth) {
       candidates_[0] = rival;
+      candidates_[0].told_apart = 0.0;
       rival = best;
       return true;
     }
@@ -83,36 +90,35 @@ Contrast ObjectSearch::contrast_to(const ModelIndex& model, const MeasuredObject
 
 ObjectSearch::Sightings ObjectSearch::sight_siblings(const ModelIndex& model,
                                                      double floor_m) noexcept {
-  const Candidate& best = candidates_[0];
-  const Pose& pose = best.refined.target_from_source;
+  const Pose pose = candidates_[0].refined.target_from_source;
   Sightings sightings;
+  if (model.siblings.empty()) return sightings;
+  // Seen in the same way as they are.
+  const double own = first_look(model, glanced_, pose, floor_m).worth;
   for (const Sibling& near : model.siblings) {
     const Pose sibling = pose * near.motion;
     if (!distinct(model, sibling, pose, params_.distinct_ratio)) continue;
     const double worth = first_look(model, glanced_, sibling, floor_m).worth;
-    if (worth >= kAlternative * best.worth) sightings.push_back({sibling, worth});
+    if (worth >= kAlternative * std::min(own, candidates_[0].worth)) {
+      sightings.push_back({sibling, own > 0.0 ? worth / own : 1.0});
+    }
   }
   return sightings;
 }
 
-bool ObjectSearch::looks_like_best(const ModelIndex& model, const MeasuredObject& object,
-                                   const Sightings& sightings) noexcept {
-  const Candidate best = candidates_[0];
-  const Pose* alike = nullptr;
+bool ObjectSearch::compare_sightings(const ModelIndex& model, const MeasuredObject& object,
+                                     const Sightings& sightings) noexcept {
+  bool one_is_better = false;
   for (const Sighting& sibling : sightings.span()) {
-    if (sibling.worth < kEqual * best.worth) continue;
     const Contrast contrast = contrast_to(model, object, sibling.pose);
-    if (contrast.alike()) {
-      alike = &sibling.pose;
-    } else if (contrast.gain < 0.0) {
-      return false;
+    if (contrast.gain < 0.0 && !contrast.alike()) {
+      one_is_better = true;
+      continue;
     }
+    const double margin = std::max(1.0 - sibling.worth_ratio, contrast.certainty());
+    if (margin < alike_.value) alike_ = {margin, sibling.pose};
   }
-  if (alike == nullptr) return false;
-  Candidate equal = best;
-  equal.refined.target_from_source = *alike;
-  candidates_.push_back(equal);
-  return true;
+  return one_is_better;
 }
 
 void ObjectSearch::refine_siblings(const ModelIndex& model, const MeasuredObject& object,
@@ -134,6 +140,7 @@ void ObjectSearch::refine_siblings(const ModelIndex& model, const MeasuredObject
 Margin ObjectSearch::margin(const ModelIndex& model) const noexcept {
   if (candidates_.empty() || !(candidates_[0].worth > 0.0)) return {0.0, nullptr};
   Margin least{dismissed_, nullptr};
+  if (alike_.value < least.value) least = {alike_.value, &alike_.pose};
   for (std::size_t i = 1; i < candidates_.size(); ++i) {
     const Pose& rival = candidates_[i].refined.target_from_source;
     if (!distinct(model, rival, candidates_[0].refined.target_from_source,

@@ -23,6 +23,11 @@ constexpr double kMeets = 0.012;
 constexpr double kDistinct = 0.15;
 constexpr float kCosNormal = 0.8F;
 constexpr double kLeastShare = 0.6;
+// Shifts along the model's axes to begin with, and the least that is left of one, in diameters: of
+// ribs, rungs, a pattern that repeats.
+constexpr std::array<double, 9> kShifts = {0.06, 0.08, 0.10, 0.12, 0.15, 0.18, 0.22, 0.26, 0.30};
+constexpr double kLeastShift = 0.05;
+constexpr double kLessBetween = 0.01;
 // A model differs from its mirror image where they are this many diameters apart, over this share
 // of its surface: less than that no reading of a part tells.
 constexpr double kTold = 0.02;
@@ -195,22 +200,54 @@ class Refiner {
   Icp icp_;
 };
 
-void find(const Likeness& likeness, FixedList<Sibling>& siblings) {
-  siblings.clear();
+double share_of(const Likeness& likeness, const Pose& motion) {
+  return shared_surface(likeness.surface, likeness.table, motion, kMeets * likeness.diameter_m);
+}
+
+/// Half way there the model meets itself less: what slides along itself, as a box along its sides,
+/// is no repetition, and how far it can slide the predicted deviation says.
+bool repeats(const Likeness& likeness, const Sibling& sibling) {
+  Pose half = Pose::Identity();
+  half.translation() = 0.5 * (sibling.motion * likeness.centre - likeness.centre);
+  return share_of(likeness, half) < sibling.share - kLessBetween;
+}
+
+/// Adds where a motion leads, if most of the model meets itself there and nothing within `apart`
+/// diameters does so already.
+void add_sibling(const Likeness& likeness, const Pose& start, double apart, bool shift,
+                 Refiner& refined, std::vector<Sibling>& siblings) {
+  const Pose motion = refined(start);
+  if (likeness.stands_still(motion, apart)) return;
+  const Sibling sibling{motion, share_of(likeness, motion)};
+  if (sibling.share < kLeastShare || (shift && !repeats(likeness, sibling))) return;
+  const bool known = std::any_of(siblings.begin(), siblings.end(), [&](const Sibling& other) {
+    return likeness.distance_m(motion, other.motion) < apart * likeness.diameter_m;
+  });
+  if (!known) siblings.push_back(sibling);
+}
+
+/// The best, as many as fit.
+void find(const Likeness& likeness, FixedList<Sibling>& best) {
+  std::vector<Sibling> siblings;
   Refiner refined(likeness);
   for (const Seed& seed : find_seeds(likeness)) {
-    const Pose motion = refined(seed.motion);
-    const Sibling sibling{motion, shared_surface(likeness.surface, likeness.table, motion,
-                                                 kMeets * likeness.diameter_m)};
-    if (sibling.share < kLeastShare || likeness.stands_still(motion, kDistinct)) continue;
-    const bool known = std::any_of(siblings.begin(), siblings.end(), [&](const Sibling& other) {
-      return likeness.distance_m(motion, other.motion) < kDistinct * likeness.diameter_m;
-    });
-    if (known) continue;
-    if (!siblings.push_back(sibling)) break;
+    add_sibling(likeness, seed.motion, kDistinct, false, refined, siblings);
+  }
+  for (int axis = 0; axis < 3 && !likeness.mirror; ++axis) {
+    for (const double shift : kShifts) {
+      for (const double side : {-1.0, 1.0}) {
+        Pose start = Pose::Identity();
+        start.translation()[axis] = side * shift * likeness.diameter_m;
+        add_sibling(likeness, start, kLeastShift, true, refined, siblings);
+      }
+    }
   }
   std::stable_sort(siblings.begin(), siblings.end(),
                    [](const Sibling& a, const Sibling& b) { return a.share > b.share; });
+  best.clear();
+  for (const Sibling& sibling : siblings) {
+    if (!best.push_back(sibling)) break;
+  }
 }
 
 /// Distance of a point from the fine model, metres. A model that was scanned in part ends

@@ -20,7 +20,7 @@ struct Sibling {
 /// Fills `siblings` with the motions, the best as many as fit, that keep at least 60 % of the
 /// surface, differ from standing still and from each other modulo the declared symmetry, each
 /// refined by registering the model to itself. Rotations are tried every 14 degrees, evenly (Alexa,
-/// Super-Fibonacci spirals, 2022). Load time, some ten milliseconds.
+/// Super-Fibonacci spirals, 2022), and shifts along the axes. Load time, some ten milliseconds.
 void find_siblings(const Surface& surface, const ClosestPointTable& table, const Vec3d& centre,
                    double diameter_m, Symmetry symmetry, FixedList<Sibling>& siblings);
 

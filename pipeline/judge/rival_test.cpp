@@ -13,6 +13,8 @@ namespace {
 constexpr float kMostSquare = 9.0F;
 // Predictions nearer than this, in sigma, are not told apart by one reading.
 constexpr float kLeastDifference = 1.5F;
+// So many sigma before a surface something hides it.
+constexpr float kHidden = 3.0F;
 // In sensor pixels: what differs must be wider than an edge.
 constexpr int kRim_px = 2;
 // Below the first, chance and a pose's last millimetre; from the second on, certainty.
@@ -104,6 +106,9 @@ Contrast RivalTest::against(const ModelRender& second, const DepthView& view,
       const bool of_part = view.of_object(u, v);
       const float a = marked_.contains(u, v) ? z_m_[second.index(u, v)] : 0.0F;
       const float b = other.contains(u, v) ? second.z_m(u, v) : 0.0F;
+      // Something else lies before what only one pose predicts: whether that is there, nobody sees.
+      const bool of_one = (a > 0.0F) != (b > 0.0F);
+      if (of_one && !of_part && measured < std::max(a, b) - kHidden * sigma_m) continue;
       const float difference =
           square_off(b, measured, sigma_m, of_part) - square_off(a, measured, sigma_m, of_part);
       sum += static_cast<double>(difference);

@@ -87,16 +87,19 @@ double least_accepted_worth(const VerdictParams& params) noexcept {
 
 namespace {
 
-/// Only what is seen beside a part says how high above it the part's unseen underside may be.
-void check_ground(const Findings& findings, Checks& checks) noexcept {
+/// Only what is seen beside a part says how high above it the part's unseen underside may be. Of a
+/// part that shows one flat face nothing else does, and what looks like it may be anything.
+void check_ground(const Findings& findings, bool flat, Checks& checks) noexcept {
   const GroundBeside& ground = findings.ground;
-  if (ground.share < kBeltAround) return;
   const double gap_m = findings.resting.lowest_m - ground.level_m;
   const double height_m = findings.resting.highest_m - findings.resting.lowest_m;
+  const bool below = gap_m >= -kMiddle * height_m;
+  if (flat) checks.at_least(Check::Height, below ? ground.share : 0.0, kBeltAround, 1.0);
+  if (ground.share < kBeltAround) return;
   double limit_m = std::max(findings.ground_tolerance_m, kHeightKnown * height_m);
   if (gap_m > 0.0 && !findings.closed) limit_m += kCutOff * findings.diameter_m;
   const bool borne = gap_m > limit_m && ground.borne >= kBorne;
-  if (borne || gap_m < -kMiddle * height_m) {
+  if (borne || !below) {
     checks.record(Check::Ground, std::fabs(gap_m));
   } else {
     checks.at_most(Check::Ground, std::fabs(gap_m), limit_m);
@@ -143,7 +146,8 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
   if (evidence.edge_known > kTestable) {
     checks.at_least(Check::Outline, evidence.edge, params.min_edge, 1.0);
   }
-  if (evidence.second_face < params.min_second_face) {
+  const bool flat = evidence.second_face < params.min_second_face;
+  if (flat) {
     checks.at_least(Check::FlatProof, fitness * evidence.edge * evidence.edge_known,
                     params.min_flat_proof, 1.0);
   }
@@ -168,7 +172,7 @@ void pass_verdict(const Findings& findings, const VerdictParams& params,
       checks.at_most(Check::Sunk, std::max(0.0, -findings.resting.lowest_m),
                      kMostSunk * findings.diameter_m);
     }
-    check_ground(findings, checks);
+    check_ground(findings, flat, checks);
   }
   checks.conclude();
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 #include "base/cloud.h"
@@ -119,6 +120,62 @@ TEST(SelfSimilarity, ABlockOnTopTellsTheHalfTurnsApartByItsShareOfTheSurface) {
     EXPECT_GT(part.half_turn(axis), 0.90) << axis;
     EXPECT_LT(part.half_turn(axis), 0.985) << axis;
   }
+}
+
+/// Ten ribs 20 mm high across a strip, one every 40 mm along x; seen from above.
+CloudData ribbed_strip(double pitch_m) {
+  constexpr double kLine_m = 0.004;
+  constexpr double kHigh_m = 0.02;
+  CloudData cloud;
+  const auto add = [&](double x, double y, double z, float nx, float nz) {
+    cloud.x.push_back(static_cast<float>(x));
+    cloud.y.push_back(static_cast<float>(y));
+    cloud.z.push_back(static_cast<float>(z));
+    cloud.nx.push_back(nx);
+    cloud.ny.push_back(0.0F);
+    cloud.nz.push_back(nz);
+  };
+  for (int rib = -5; rib < 5; ++rib) {
+    const double x = rib * pitch_m;
+    for (double y = -0.05; y < 0.05; y += kLine_m) {
+      for (double along = 0.5 * kLine_m; along < pitch_m; along += kLine_m) {
+        add(x + along, y, along < 0.5 * pitch_m ? kHigh_m : 0.0, 0.0F, 1.0F);
+      }
+      for (double z = 0.5 * kLine_m; z < kHigh_m; z += kLine_m) {
+        add(x, y, z, -1.0F, 0.0F);
+        add(x + 0.5 * pitch_m, y, z, 1.0F, 0.0F);
+      }
+    }
+  }
+  cloud.width = static_cast<int>(cloud.size());
+  return cloud;
+}
+
+TEST(SelfSimilarity, AShiftByOneRibIsASibling) {
+  constexpr double kPitch_m = 0.04;
+  test::OwnedSurface strip = test::surface_of(ribbed_strip(kPitch_m));
+  strip->spacing_m = 0.004;
+  const double diameter_m = Vec3d(0.4, 0.1, 0.02).norm();
+  ClosestPointTable table;
+  FixedList<Sibling> siblings;
+  const test::ArenaMemory memory([&](Arena& arena) {
+    table.reserve(arena, 200000);
+    siblings = FixedList<Sibling>(arena.take<Sibling>(12));
+  });
+  table.build(*strip, 0.15 * diameter_m);
+  find_siblings(*strip, table, Vec3d(0.0, 0.0, 0.01), diameter_m, Symmetry::None, siblings);
+  std::array<bool, 2> found{};
+  for (const Sibling& sibling : siblings) {
+    // Within 3 degrees, and half a spacing of the points.
+    if (sibling.motion.linear().trace() < 2.997) continue;
+    const Vec3d shift = sibling.motion.translation();
+    for (const std::size_t side : {0U, 1U}) {
+      const double wanted = side == 0 ? kPitch_m : -kPitch_m;
+      found[side] = found[side] || (shift - Vec3d(wanted, 0.0, 0.0)).norm() < 0.002;
+    }
+  }
+  EXPECT_TRUE(found[0]);
+  EXPECT_TRUE(found[1]);
 }
 
 TEST(SelfSimilarity, ACubeHasItsTwentyThreeTurnsAsFarAsTheyFit) {

@@ -340,6 +340,40 @@ TEST_F(FrameJudge, ATurnedBoxThatLooksDifferentIsToldApartWhicheverComesFirst) {
   EXPECT_FALSE(wrong.alike());
 }
 
+TEST_F(FrameJudge, WhatHidesOneOfTwoPosesSaysNothingAgainstIt) {
+  // The second pose lies 8 cm farther right; what it alone predicts, the belt's readings refute.
+  Pose beside = truth_;
+  beside.translation().x() += 0.08;
+  const Contrast open = compare(truth_, beside);
+  EXPECT_GT(open.gain, 0.0);
+  // Something else, of another label, hides the right half of the image, nearer than any top.
+  const int from = kWidth / 2 + 30;
+  erase(from, 0, kWidth, kHeight, 0.6);
+  label();
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = from; u < kWidth; ++u) label_[static_cast<std::size_t>(v * kWidth + u)] = 2;
+  }
+  render_.render(*model_, truth_, view_);
+  rivals_.keep(render_);
+  std::vector<bool> first(label_.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    first[i] = render_.z_m(static_cast<int>(i) % kWidth, static_cast<int>(i) / kWidth) > 0.0F;
+  }
+  render_.render(*model_, beside, view_);
+  double hidden = 0.0;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = from; u < kWidth; ++u) {
+      const bool alone = !first[static_cast<std::size_t>(v * kWidth + u)];
+      hidden += alone && render_.z_m(u, v) > 0.0F ? 1.0 : 0.0;
+    }
+  }
+  const Contrast covered = rivals_.against(render_, view_, 1.0);
+  EXPECT_GT(hidden, 500.0);
+  // Each was worth 9 while the belt was seen there; along the edges, a quarter of them, nothing.
+  EXPECT_LT(covered.gain, open.gain - 0.75 * 9.0 * hidden);
+  EXPECT_GT(covered.gain, 0.0);
+}
+
 TEST_F(FrameJudge, WhereNothingIsReadNothingIsTold) {
   erase(0, 0, kWidth, kHeight, 0.0);
   Pose turned = truth_;
@@ -536,6 +570,15 @@ TEST(Verdict, APartMustEndOnTheGroundThatIsSeenBesideIt) {
   Findings in_heap = top_of_higher;
   in_heap.ground.share = 0.3;
   EXPECT_FALSE(rejected_for_ground(in_heap));
+  // Of one flat face nothing but the ground tells the height.
+  const auto rejected_for_height = [&](Findings findings) {
+    findings.evidence.second_face = 0.01;
+    pass_verdict(findings, {}, report);
+    return report.reasons.size() == 1 && report.reasons[0].check == Check::Height &&
+           report.code == Code::ImplausibleOnBelt;
+  };
+  EXPECT_TRUE(rejected_for_height(in_heap));
+  EXPECT_FALSE(rejected_for_height(on_belt));
   Findings scan = top_of_higher;
   scan.closed = false;
   EXPECT_FALSE(rejected_for_ground(scan));
