@@ -71,7 +71,7 @@ start_daemon() {
   daemon=$!
 }
 # The port that the daemon serves, once it is ready.
-ready_port() { sed -n 's/.*ready, Modbus port \([0-9]*\).*/\1/p' "$log"; }
+ready_port() { sed -n 's/.*ready, Modbus port \([0-9]*\).*/\1/p' "$log" 2>/dev/null; }
 wait_until_ready() {
   for _ in $(seq 600); do
     [ -n "$(ready_port)" ] && return 0

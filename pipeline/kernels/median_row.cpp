@@ -177,7 +177,7 @@ void MedianOfFive(const std::uint16_t* const* rows, std::size_t width, std::uint
   const hn::CappedTag<std::uint16_t, kDepthSlack> d;
   const std::size_t lanes = hn::Lanes(d);
   const auto zero = hn::Zero(d);
-  SortedColumns sorted;
+  SortedColumns sorted{};  // behind the last column lanes are read that nobody keeps
   for (std::size_t first = 0; first < width; first += kStretch) {
     const std::size_t count = std::min(kStretch, width - first);
     SortColumns(d, rows, first, count + 4, sorted);
