@@ -74,19 +74,28 @@ TEST(PointRender, HidesWhatTurnsItsBackOnTheCamera) {
   EXPECT_TRUE(render.empty());
 }
 
+/// A frame that measures `counts` millimetres everywhere.
+struct Wall {
+  explicit Wall(std::uint16_t counts)
+      : depth(static_cast<std::size_t>(kCamera.width * kCamera.height), counts) {
+    frame.depth = {depth.data(), kCamera.width, kCamera.height};
+    frame.intrinsics = kCamera;
+  }
+  Wall(const Wall&) = delete;
+  Wall& operator=(const Wall&) = delete;
+  std::vector<std::uint16_t> depth;
+  DepthFrame frame;
+};
+
 /// The sample panel's colour at the plate's middle when the camera measured `counts` millimetres.
 Rgb8 sample_color(std::uint16_t counts) {
   const Plate plate;
-  std::vector<std::uint16_t> depth(static_cast<std::size_t>(kCamera.width * kCamera.height),
-                                   counts);
-  DepthFrame frame;
-  frame.depth = {depth.data(), kCamera.width, kCamera.height};
-  frame.intrinsics = kCamera;
+  const Wall wall(counts);
   PictureParams params;
   params.panel_px = kPanel_px;
   params.whole_image = true;
   const PlacedPoints found = plate.at(kPlate_m);
-  const RgbImage image = draw_scene(frame, {&found, 1}, {}, params);
+  const RgbImage image = draw_scene(wall.frame, {&found, 1}, {}, params);
   // The third of three panels of the image's own size, 4 px between.
   return image.at(2 * (kCamera.width + 4) + 40, 30);
 }
@@ -112,11 +121,7 @@ TEST(ScenePicture, ColoursSamplesByWhatWasMeasured) {
 }
 
 TEST(ScenePicture, DrawsArrowsOnTheSecondPanel) {
-  const std::vector<std::uint16_t> depth(static_cast<std::size_t>(kCamera.width * kCamera.height),
-                                         1000);
-  DepthFrame frame;
-  frame.depth = {depth.data(), kCamera.width, kCamera.height};
-  frame.intrinsics = kCamera;
+  const Wall wall(1000);
   PictureParams params;
   params.panel_px = kPanel_px;
   params.whole_image = true;
@@ -127,7 +132,7 @@ TEST(ScenePicture, DrawsArrowsOnTheSecondPanel) {
   const DrawnArrow arrow{at(20.5, 30.5), at(60.5, 30.5), kRivalColor};
   const DrawnArrow behind{-arrow.from, -arrow.to, kTruthColor};
   const std::array arrows = {arrow, behind};
-  const RgbImage image = draw_scene(frame, {}, {}, params, arrows);
+  const RgbImage image = draw_scene(wall.frame, {}, {}, params, arrows);
   const int second = kCamera.width + 4;
   EXPECT_EQ(image.at(second + 40, 30), kRivalColor);
   EXPECT_NE(image.at(second + 40, 33), kRivalColor);
@@ -137,14 +142,10 @@ TEST(ScenePicture, DrawsArrowsOnTheSecondPanel) {
 }
 
 TEST(ScenePicture, WithoutAPoseShowsTheWholeImageTwice) {
-  const std::vector<std::uint16_t> depth(static_cast<std::size_t>(kCamera.width * kCamera.height),
-                                         1000);
-  DepthFrame frame;
-  frame.depth = {depth.data(), kCamera.width, kCamera.height};
-  frame.intrinsics = kCamera;
+  const Wall wall(1000);
   PictureParams params;
   params.panel_px = kPanel_px;
-  const RgbImage image = draw_scene(frame, {}, {}, params);
+  const RgbImage image = draw_scene(wall.frame, {}, {}, params);
   EXPECT_EQ(image.width(), 2 * kCamera.width + 4);
   EXPECT_EQ(image.height(), kCamera.height);
 }
